@@ -14,41 +14,27 @@ from simgl.arrays import Array
 from simgl.physics.band_air import gas_transmittance
 from simgl.scenario.loader import scenario_from_dict
 from simgl.simulator import Product, Simulator
-
-_ORBIT = 6778e3
+from tests.passes.band_scenes import ORBIT, over_earth
 
 
 def _image(boresight: list[float], bands: list[list[float]] | None, **earth: Any) -> Array:
     """(72, 96, 4) radiance over that of a white surface in sunlight straight on."""
-    camera = {
-        "position_icrf_m": [_ORBIT, 0.0, 0.0],
-        "boresight": boresight,
-        "up": [0.0, 0.0, 1.0],
-        "width_px": 96,
-        "height_px": 72,
-        "focal_length_mm": 12.0,
-        "pixel_pitch_um": 20.0,
-        "f_number": 4.0,
-        "exposure_time_s": 1e-4,
-        "quantum_efficiency": 0.5,
-    }
     ball = {"sphere": {"radius_m": 1.0, "material": {"reflectance": 0.5}}}
-    scene = {
-        "epoch": {"utc": "2026-03-20T12:00:00"},
-        "earth": earth,
-        "sun": {"direction_icrf": [1.0, 0.0, 0.0]},
-        "camera": {"cam": camera},
-        "spacecraft": {"ball": {"model": ball, "position_icrf_m": [_ORBIT + 99.0, 0.0, 0.0]}},
-    }
-    if bands is not None:
-        scene["bands"] = {"edges_nm": bands}
+    scene = over_earth(
+        boresight,
+        [0.0, 0.0, 1.0],
+        bands,
+        earth=earth,
+        sun={"direction_icrf": [1.0, 0.0, 0.0]},
+        spacecraft={"ball": {"model": ball, "position_icrf_m": [ORBIT + 99.0, 0.0, 0.0]}},
+    )
     scenario = scenario_from_dict(scene)
     with Simulator(scenario) as simulator:
         state = scenario.at(scenario.epoch_tai_ns)
         taken = simulator.capture(state, "cam", {Product.RADIANCE}).radiance
         assert taken is not None
         white = (
-            np.maximum(state.sun.seen_from(np.array([_ORBIT, 0.0, 0.0])).irradiance, 1e-30) / np.pi
+            np.maximum(state.sun.seen_from(np.array([ORBIT, 0.0, 0.0])).irradiance, 1e-30) / np.pi
         )
         return np.asarray(taken.radiance / white)
 

@@ -12,7 +12,7 @@ import numpy as np
 from simgl.arrays import Array, Array32
 from simgl.camera.camera import Camera
 from simgl.camera.pinhole_fields import pinhole_fields
-from simgl.environment_map import SkyRadiance, with_small_light
+from simgl.environment_map import SkyRadiance, with_faces_drawn_out, with_small_light
 from simgl.errors import ConfigError
 from simgl.gpu.context import current, is_software
 from simgl.gpu.release import all_or_nothing, release_all
@@ -150,7 +150,7 @@ class Renderer:
 
     def radiance(self, view: FrameView) -> ImageTarget:
         """Radiance per band [W m-2 sr-1], RGBA32F; valid until the next call at this size."""
-        target = self._target(f"radiance {view.ramp:g}", view.camera, _BANDS)
+        target = self._target(f"radiance {view.ramps}", view.camera, _BANDS)
         self._all_background(view, target)
         self._lay_spacecraft(view, target)
         return target
@@ -167,7 +167,7 @@ class Renderer:
         """
         parts = iter(parts)
         first = next(parts)
-        target = self._target(f"radiance {first[0].ramp:g}", first[0].camera, _BANDS)
+        target = self._target(f"radiance {first[0].ramps}", first[0].camera, _BANDS)
         one = self._target("one moment", first[0].camera, _BANDS)
         if _is_separate(*first):
             self._mean_background(behind, one, target)
@@ -216,7 +216,7 @@ class Renderer:
             lens = self._distorted(seen)
             for tile, points, (radiance,) in self._lit_tiles(seen):
                 with self.timer.measure("resolve"):
-                    self._resolve.draw(tile, points, radiance, target.framebuffer, lens, view.ramp)
+                    self._resolve.draw(tile, points, radiance, target.framebuffer, lens, view.ramps)
 
     def _all_background(
         self, view: FrameView, target: ImageTarget, rows: tuple[int, int] | None = None
@@ -282,7 +282,8 @@ class Renderer:
             texels = view.texels
             target = self._targets.of("sky", (texels, 6 * texels), _BANDS)
             self._planet.draw_sky(view, target.framebuffer)
-            radiance = target.read().reshape(6, texels, texels, 4)
+            drawn = target.read().reshape(6, texels, texels, 4)
+            radiance = with_faces_drawn_out(drawn, view.face_texels)
             if view.moon is not None:
                 radiance = with_small_light(radiance, view.moon.direction, view.moon.irradiance)
             self._probes.add(view, SkyRadiance(radiance=radiance))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 from typing import Literal, TypeVar
 
 import moderngl
@@ -42,7 +42,7 @@ from simgl.scene.lamp_response import DetectorLight, lit_for_detector
 from simgl.scene.state import SceneState
 from simgl.still_scene import MovingViews, StillScene
 from simgl.thermal.scene_temperatures import TemperatureHistory, Temperatures, ThermalBodies
-from simgl.thermal_frames import thermal_frames
+from simgl.thermal_frames import ThermalScene, thermal_capture
 from simgl.view.exposure_parts import ExposurePart, moving_scene
 from simgl.view.frame_view import FrameView, frame_view
 from simgl.view.lidar_pulse import pulse_view
@@ -162,6 +162,21 @@ class Simulator:
         (capture,) = self.captures(state, {camera: products}, during, seed, draw, temperatures)
         return capture
 
+    def capture_at(
+        self, tai_ns: int, camera: str, products: Collection[Product], draw: int = 0
+    ) -> Capture:
+        """The image at a time [TAI ns] when all follow the scenario's laws: as ``capture`` makes it
+        of the moving scene, with the temperatures since the scenario's epoch."""
+        thermal = camera in self.scenario.cameras and self.scenario.cameras[camera].thermal
+        return self.capture(
+            self.scenario.at(tai_ns),
+            camera,
+            products,
+            during=self.scenario.around(tai_ns),
+            draw=draw,
+            temperatures=self.temperatures.at(tai_ns) if thermal else None,
+        )
+
     def captures(
         self,
         state: SceneState,
@@ -185,8 +200,11 @@ class Simulator:
                 if still.camera.thermal is not None:
                     if temperatures is None:
                         temperatures = self.thermal_bodies.steady(state)
-                    seen = self._thermal_capture(still, frozenset(products), temperatures)
-                    unread.append(_Drawn(seen))
+                    check_products(still.camera, products, self.scenario.name)
+                    view_of = partial(self._view, camera=camera)
+                    warm = ThermalScene(still, self.thermal_bodies, temperatures, during, view_of)
+                    frames = self._scene_frames(still, frozenset(products))
+                    unread.append(_Drawn(thermal_capture(frames, warm, frozenset(products))))
                     continue
                 frames = self._scene_frames(still, frozenset(products))
                 counts = Product.DN in products or Product.ELECTRONS in products
@@ -319,21 +337,6 @@ class Simulator:
             lidar=made(Product.LIDAR, lambda: self._lidar(still)),
         )
 
-    def _thermal_capture(
-        self, still: StillScene, products: frozenset[Product], temperatures: Temperatures
-    ) -> Capture:
-        """What a thermal camera captures."""
-        check_products(still.camera, products, self.scenario.name)
-        frames = self._scene_frames(still, products)
-        if products & {Product.DN, Product.THERMAL}:
-            thermal, digital = thermal_frames(still, self.thermal_bodies, temperatures)
-            frames = replace(
-                frames,
-                thermal=thermal if Product.THERMAL in products else None,
-                digital=digital() if Product.DN in products else None,
-            )
-        return frames
-
     def _electrons(self, still: StillScene) -> ImageTarget:
         """Mean electrons of the scene."""
         camera, pipeline = still.camera, self._camera_pipeline
@@ -425,13 +428,11 @@ class Simulator:
 
     def _truth(self, still: StillScene) -> TruthFrame:
         target = self._renderer.truth(still.view)
-        names = {
-            (instance + 1) * 65536 + part + 1: f"{name}/{part_name}"
-            for instance, (name, body) in enumerate(still.state.bodies.items())
-            for part, part_name in enumerate(body.model.parts)
-        }
         return TruthFrame(
-            info=still.info, depth=target.read(0), part_id=target.read(1), part_names=names
+            info=still.info,
+            depth=target.read(0),
+            part_id=target.read(1),
+            part_names=still.state.part_names,
         )
 
     def close(self) -> None:

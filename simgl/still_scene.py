@@ -8,7 +8,7 @@ from functools import cache
 
 from simgl.arrays import Array
 from simgl.camera.camera import Camera
-from simgl.camera.pixel_ramp import pixel_ramp
+from simgl.camera.pixel_ramp import SHARP, Ramps, pixel_ramps
 from simgl.camera.point_spread import SunInCamera
 from simgl.camera_pipeline import ColourLight
 from simgl.gpu.render_targets import ImageTarget
@@ -53,8 +53,8 @@ class StillScene:
     moving: MovingViews | None = None
     # With the lamps as a detector responds to them: the last, whose radiance is still valid.
     lit: dict[bytes, StillScene] = field(default_factory=dict)
-    # The radiance by the width of its ramps [px].
-    drawn: dict[float, ImageTarget] = field(default_factory=dict)
+    # The radiance by the widths of its ramps [px].
+    drawn: dict[Ramps, ImageTarget] = field(default_factory=dict)
 
     @property
     def view(self) -> FrameView:
@@ -69,23 +69,23 @@ class StillScene:
     @property
     def radiance(self) -> ImageTarget:
         """Rendered at the first use; valid until the renderer draws another scene of this size."""
-        return self._with_ramp(0.0)
+        return self._with_ramps(SHARP)
 
     @property
     def softened(self) -> ImageTarget:
         """The radiance with the ramps between pixels that the camera's point spread takes; valid as
         ``radiance`` is."""
-        return self._with_ramp(pixel_ramp(self.camera))
+        return self._with_ramps(pixel_ramps(self.camera))
 
-    def _with_ramp(self, ramp: float) -> ImageTarget:
-        if ramp not in self.drawn:
-            self.drawn[ramp] = self._render(ramp)
-        return self.drawn[ramp]
+    def _with_ramps(self, ramps: Ramps) -> ImageTarget:
+        if ramps not in self.drawn:
+            self.drawn[ramps] = self._render(ramps)
+        return self.drawn[ramps]
 
-    def _render(self, ramp: float) -> ImageTarget:
+    def _render(self, ramps: Ramps) -> ImageTarget:
         if self.moving is None:
-            return self.renderer.radiance(replace(self.view, ramp=ramp))
-        parts = ((replace(view, ramp=ramp), share) for view, share in self._parts())
+            return self.renderer.radiance(replace(self.view, ramps=ramps))
+        parts = ((replace(view, ramps=ramps), share) for view, share in self._parts())
         return self.renderer.radiance_during(self._behind(), parts)
 
     @property
@@ -94,7 +94,7 @@ class StillScene:
         camera = self.camera
         if self.moving is not None:
             return 0, 0, camera.detector.width, camera.detector.height
-        return replace(self.view, ramp=pixel_ramp(camera)).lit_area
+        return replace(self.view, ramps=pixel_ramps(camera)).lit_area
 
     def _behind(self) -> Iterator[tuple[FrameView, Array]]:
         assert self.moving is not None

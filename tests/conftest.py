@@ -7,21 +7,44 @@ import shutil
 import signal
 import subprocess
 from collections.abc import Iterator
+from pathlib import Path
 
 import moderngl
 import pytest
 
+from simgl.disk_cache import cache_folder
 from simgl.gpu.context import current
 from simgl.radiosity.bake import sees_itself
 from simgl.scene.mesh import Mesh
 from tests.orphans import Guard
 from tests.patience import limit
-from tests.reference_compiler import check_programs, reference_compiler
+from tests.reference_compiler import check_programs, reference_compiler, version
 from tests.watched_context import WatchedContext
 
 # Of one test, with the fixtures that it is the first to need [s].
 _LONGEST_TEST = 300.0
 _GUARD = pytest.StashKey[Guard]()
+# Files that take longer than 20 s of processor time, longest first. With one process a file, those
+# that begin last end last.
+_SLOWEST = (
+    "passes/test_air_truth.py",
+    "passes/test_earth_from_space.py",
+    "docs/test_tutorial.py",
+    "passes/test_air.py",
+    "passes/test_earth_light.py",
+    "passes/test_air_tables.py",
+    "campaign/test_run_campaign.py",
+    "examples/closed_loop/test_flight.py",
+    "viewer/test_window_events.py",
+    "bridge/test_fmu.py",
+    "passes/test_calibrated_cameras.py",
+    "assess/test_trajectory.py",
+    "simulator/test_moving.py",
+    "bridge/test_cpp.py",
+    "bridge/test_responsive_server.py",
+    "bridge/test_failures.py",
+    "bridge/test_endings.py",
+)
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -36,6 +59,13 @@ def pytest_configure(config: pytest.Config) -> None:
     if config.option.timeout is None:
         config.option.timeout = limit(_LONGEST_TEST)
     config.stash[_GUARD] = Guard()
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """The slowest files come first."""
+    rank = {Path(__file__).parent / name: place for place, name in enumerate(_SLOWEST)}
+    assert all(path.exists() for path in rank)
+    items.sort(key=lambda item: rank.get(item.path, len(rank)))
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:
@@ -76,7 +106,8 @@ def _programs_pass_the_reference_compiler() -> Iterator[None]:
         yield
         return
     with pytest.MonkeyPatch.context() as patch:
-        check_programs(patch, compiler)
+        passed = cache_folder("reference_compiler")
+        check_programs(patch, compiler, passed, version(compiler))
         yield
 
 

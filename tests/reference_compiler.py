@@ -2,7 +2,8 @@
 
 Which variants of a shader there are is known only where they are compiled: at
 ``moderngl.Context``, by whatever drew in the tests of this process. The driver accepts some GLSL
-that the language does not have; another driver need not.
+that the language does not have; another driver need not. What passed once is not compiled again,
+in whichever process or run of the tests: the compiler takes longer than most tests.
 """
 
 from __future__ import annotations
@@ -16,6 +17,9 @@ from typing import Any
 
 import moderngl
 import pytest
+
+from simgl.content_digest import content_digest
+from tests.patience import run_to_end
 
 _SUFFIXES = {
     "vertex_shader": "vert",
@@ -47,20 +51,30 @@ def check_stages(compiler: str, stages: Mapping[str, str]) -> None:
         raise AssertionError(f"the reference compiler refuses what the driver took:\n{listing}")
 
 
-def check_programs(patch: pytest.MonkeyPatch, compiler: str) -> None:
-    """From here on each new program is checked once, after the driver has accepted it."""
+def version(compiler: str) -> str:
+    """What the compiler says of itself."""
+    return run_to_end([compiler, "--version"]).stdout
+
+
+def check_programs(
+    patch: pytest.MonkeyPatch, compiler: str, passed: Path, compiler_version: str
+) -> None:
+    """From here on each new program is checked, after the driver has accepted it.
+
+    passed : folder with an empty file for each program that this version of the compiler took
+    """
     program, compute = moderngl.Context.program, moderngl.Context.compute_shader
-    checked: set[tuple[tuple[str, str], ...]] = set()
+    passed.mkdir(parents=True, exist_ok=True)
 
     def check(stages: Mapping[str, str], made: Any) -> Any:
-        key = tuple(sorted(stages.items()))
-        if key not in checked:
+        mark = passed / content_digest((compiler_version, *sorted(stages.items())))
+        if not mark.exists():
             try:
                 check_stages(compiler, stages)
             except AssertionError:
                 made.release()
                 raise
-            checked.add(key)
+            mark.touch()
         return made
 
     def checked_program(ctx: moderngl.Context, *texts: Any, **named: Any) -> Any:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from functools import partial
 from typing import Any
 
 import moderngl
-import numpy as np
 
+from simgl.arrays import Array32
 from simgl.scenario.loader import scenario_from_dict
 from simgl.scenario.scenario import Scenario
 from simgl.simulator import Capture, Product, Simulator
@@ -59,8 +61,25 @@ def capture(gl: moderngl.Context, scenario: Scenario) -> Capture:
         return simulator.capture(scenario.at(scenario.epoch_tai_ns), "cam", USUAL_PRODUCTS)
 
 
-def radiance(gl: moderngl.Context, scenario: Scenario) -> np.ndarray[Any, np.dtype[np.float32]]:
+def radiance(gl: moderngl.Context, scenario: Scenario) -> Array32:
     """(height, width, 4) radiance of camera "cam"."""
-    frame = capture(gl, scenario).radiance
+    with Simulator(scenario, gl) as simulator:
+        return _radiance(simulator, scenario)
+
+
+@contextmanager
+def opened(first: Scenario) -> Iterator[Callable[[Scenario], Array32]]:
+    """Draws camera "cam" of scenarios with the models, Earth and settings of the first.
+
+    One simulator in a context of its own, which the tests of a module may share: opening one takes
+    longer than a small image.
+    """
+    with Simulator(first) as simulator:
+        yield partial(_radiance, simulator)
+
+
+def _radiance(simulator: Simulator, scenario: Scenario) -> Array32:
+    state = scenario.at(scenario.epoch_tai_ns)
+    frame = simulator.capture(state, "cam", {Product.RADIANCE}).radiance
     assert frame is not None
     return frame.radiance

@@ -47,6 +47,7 @@ _SUBJECTS: dict[str, Callable[[moderngl.Context], Table]] = {
     "geometry": geometry.table,
     "moving": moving.table,
     "thermal": thermal.table,
+    "thermal_radiation": thermal.radiation,
 }
 
 

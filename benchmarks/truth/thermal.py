@@ -8,19 +8,28 @@ import moderngl
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from benchmarks.truth.rows import Row, Table, difference
-from simgl.physics.constants import STEFAN_BOLTZMANN
+from benchmarks.truth.rows import Row, Table, difference, relative
+from simgl import assets
+from simgl.camera.infrared_detector import NETD_TEMPERATURE, infrared_detectors, measured_netd
+from simgl.physics.constants import BOLTZMANN, LIGHT_SPEED, PLANCK, STEFAN_BOLTZMANN
+from simgl.physics.thermal_radiation import band_radiance
+from simgl.scenario.loader import load_scenario
 from simgl.scene.mesh import box
 from simgl.scene.thermal_surface import ThermalPart
 from simgl.thermal.body import thermal_body
+from simgl.thermal.heat_loads import heat_loads
 from simgl.thermal.history import steady_state
 from simgl.thermal.network import SPACE_TEMPERATURE
-from tests.thermal.test_closed_forms import grey, painted
+from tests.thermal.test_closed_forms import exchange_of_two_plates, grey, painted
 from tests.thermal.test_thermal_image import (
     LONG,
     MID,
     black_plate_brightness,
     closed_box_brightness,
+    frame,
+    scene,
+    sheet,
+    within_a_closed_box,
 )
 from tests.thermal.thermal_scenes import FINISHES, SUNLIGHT, in_sunlight, surface
 
@@ -46,6 +55,72 @@ def table(gl: moderngl.Context) -> Table:
         error="difference [K]",
         rows=rows,
     )
+
+
+def radiation(gl: moderngl.Context) -> Table:
+    """Planck's law, exchange, balance, radiance in images, and a detector's noise."""
+    rows = [*_planck(), _two_plates(), _balance()]
+    for name, band_um in (("8 to 14", LONG), ("3 to 5", MID)):
+        band = 1e-6 * band_um[0], 1e-6 * band_um[1]
+        truth = float(band_radiance(band, 300.0))
+        seen = float(frame(gl, scene(sheet(1.0), band_um), 300.0).radiance[30, 30])
+        rows.append(relative(f"image of a black plate of 300 K, {name} um", truth, seen, 0.01))
+    for emissivity in (0.9, 0.2):
+        truth = float(band_radiance((8e-6, 14e-6), 300.0))
+        seen = float(within_a_closed_box(gl, emissivity).radiance.mean())
+        case = f"image within a closed box of 300 K, emissivity {emissivity:g}, 8 to 14 um"
+        rows.append(relative(case, truth, seen, 0.01))
+    for detector in infrared_detectors().values():
+        signal = detector.signal(detector.emission(np.array(NETD_TEMPERATURE)))
+        truth = 1e3 * float(detector.noise(signal)) / float(detector.response(NETD_TEMPERATURE))
+        seen = 1e3 * float(measured_netd(detector))
+        rows.append(relative(f"NETD of {detector.name} from frames [mK]", truth, seen, 0.02))
+    return Table(
+        title="Thermal radiation",
+        reference="quadrature of Planck's law; formula of parallel plates; a step's own balance",
+        quantity="band radiance [W m-2 sr-1] unless the case says otherwise",
+        error="relative; of the balance the share that is not accounted for",
+        rows=rows,
+    )
+
+
+def _planck() -> Iterator[Row]:
+    """Band integrals against Gauss' rule over Planck's law in float64."""
+    x, weight = np.polynomial.legendre.leggauss(200)
+    for low, high in ((7.5, 13.5), (8.0, 14.0), (3.0, 5.0)):
+        for kelvin in (200.0, 300.0, 400.0):
+            um = low + 0.5 * (high - low) * (x + 1.0)
+            first = 2.0 * PLANCK * LIGHT_SPEED**2 / (1e-6 * um) ** 5
+            exponent = PLANCK * LIGHT_SPEED / (1e-6 * um * BOLTZMANN * kelvin)
+            truth = 0.5e-6 * (high - low) * float(weight @ (first / np.expm1(exponent)))
+            seen = float(band_radiance((1e-6 * low, 1e-6 * high), kelvin))
+            yield relative(f"Planck's law, {low:g} to {high:g} um, {kelvin:g} K", truth, seen, 1e-6)
+
+
+def _two_plates() -> Row:
+    # 8 times the gap over the width for what leaves at the edges.
+    seen, truth = exchange_of_two_plates(0.0005)
+    return relative("two plates face to face, 350 and 250 K [W m-2]", truth, seen, 0.004)
+
+
+def _balance() -> Row:
+    """The worst of steps of 1 to 600 s of a servicer in sunlight that goes out."""
+    scenario = load_scenario(assets.examples() / "servicer.toml")
+    name = next(iter(scenario.models))
+    body = thermal_body(name, scenario.models[name], 300)
+    network, worst = body.network, 0.0
+    loads = heat_loads(body, scenario.at(scenario.epoch_tai_ns))
+    t = network.steady(loads.heat)
+    for seconds in (1.0, 10.0, 60.0, 600.0):
+        after = network.step(t, body.power, seconds)
+        stored = float(network.capacity @ (after - t)) / seconds
+        fourth = STEFAN_BOLTZMANN * (after**4 - SPACE_TEMPERATURE**4)
+        lost = float(network.to_space @ fourth)
+        # What comes in is stored or leaves to space; exchange within cancels.
+        power = float(body.power.sum())
+        worst, t = max(worst, abs(power - stored - lost) / (power + lost)), after
+    return Row(case="heat balance of steps of 1 to 600 s", truth=0.0, simgl=worst, error=worst,
+               goal=1e-6)  # fmt: skip
 
 
 def _in_sunlight() -> Iterator[Row]:

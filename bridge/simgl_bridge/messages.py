@@ -249,14 +249,15 @@ class Render(Message, frozen=True, kw_only=True):
     """A request for the images of one state, all cameras at once.
 
     id : chosen by the client; the same id brings the same reply again
-    tai_ns : mid-exposure of every camera
+    tai_ns : mid-exposure of every camera; of one with a bolometer when it is read
     cameras : at least one, each once
     bodies : spacecraft left out follow the scenario's own laws
     sun : nil leaves it to the scenario
     lamps : lamp to the share of its power that it burns with; those left out burn fully
     moving : while the shutter is open, bodies move with constant velocity and angular velocity, and
-        those left out by their laws: DN and electrons show motion blur and rolling shutter. Send
-        every spacecraft in view, or none; otherwise the scene is fixed
+        those left out by their laws: DN and electrons show motion blur and rolling shutter, DN of
+        a bolometer the lag of its time constant. Send every spacecraft in view, or none; otherwise
+        the scene is fixed
     draw : which of several images of this time, such as those of a bracket: equal
         numbers have equal noise, others independent noise
     seek : allow a time before that of the client's last request
@@ -347,7 +348,8 @@ class CameraImage(Struct, frozen=True, kw_only=True):
     position_m : of the pinhole
     q_camera_from_icrf_xyzw : camera axes are z boresight, x right, y down
     intrinsics : from camera axes to pixel coordinates
-    exposure_start_tai_ns, exposure_end_tai_ns : half an exposure before and after mid-exposure
+    exposure_start_tai_ns, exposure_end_tai_ns : half an exposure before and after mid-exposure; of
+        a bolometer a time constant before it is read, and then
     readout_end_tai_ns : when the last row is read
     available_tai_ns : when flight software receives the image
     sun_direction_icrf : unit, from the camera towards the Sun

@@ -268,7 +268,8 @@ def _camera_image(
     info, truth, camera = capture.info, capture.truth, state.cameras[shot.camera].camera
     dn = frames.get("dn")
     exposure_ns = round(camera.exposure_time * 1e9)
-    start = state.tai_ns - exposure_ns // 2
+    at_end = camera.thermal is not None and camera.thermal.reads_at_epoch
+    start = state.tai_ns - (exposure_ns if at_end else exposure_ns // 2)
     readout_end = start + exposure_ns + round(camera.readout_time * 1e9)
     return CameraImage(
         camera=camera.name,

@@ -138,7 +138,9 @@ class Shot:
         assert self.capture.electrons is not None
         times = exposure_time / self.capture.info.camera.exposure_time
         electrons = self.capture.electrons.electrons[self.part()]
-        return float(np.mean(electrons * times >= self.assessment.full_electrons))
+        full = self.assessment.full_electrons
+        assert full is not None
+        return float(np.mean(electrons * times >= full))
 
 
 def smaller(scenario: Scenario, shrink: int) -> Scenario:

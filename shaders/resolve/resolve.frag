@@ -6,7 +6,7 @@
 // known to be empty.
 // DISTORTED: the lens moves samples, so that each has its own way to a pixel.
 // SOFT: between a pixel and its neighbours samples belong to both, by a ramp: a pixel is a square
-// convolved with a square of the ramp's width.
+// convolved with a square of the ramp's width, which each band has of its own.
 #include "block/resolve"
 #define GROUPED
 #include "gbuffer/cells.glsl"
@@ -36,11 +36,23 @@ mat2 pixel_edges(ivec2 pixel) {
 layout(location = 0, index = 0) out vec4 radiance;
 layout(location = 0, index = 1) out vec4 share;
 
+#ifdef SOFT
+#define Share vec4   // by band
+#else
+#define Share float
+#endif
+
 // Sums of the radiance, the covered and all samples.
 struct Sum {
     vec4 light;
-    float covered, count;
+    Share covered, count;
 };
+
+#ifdef SOFT
+const int MAX_CELLS = cell_shares.length() / 3;   // along the edge of a pixel
+#endif
+
+const Sum NOTHING = Sum(vec4(0.0), Share(0.0), Share(0.0));
 
 void add(inout Sum sum, Sum more) {
     sum.light += more.light;
@@ -57,7 +69,7 @@ vec4 point(uint first_page, ivec2 cell, int layer) {
 Sum cell_sum(ivec2 cell) {
     uvec4 groups = texelFetch(cell_groups, cell, 0);
     uint first_page = texelFetch(block_pages, cell / BLOCK, 0).r;
-    Sum sum = Sum(vec4(0.0), 0.0, float(groups.x >> TEXELS));
+    Sum sum = Sum(vec4(0.0), Share(0.0), Share(float(groups.x >> TEXELS)));
     // The groups come first, most of them within the first four.
     int layer = 0;
     do {
@@ -75,37 +87,27 @@ Sum cell_sum(ivec2 cell) {
 }
 
 #ifdef SOFT
-// Share of a sample by its distance from the pixel's middle [px].
-float share_at(vec2 off) {
-    vec2 along = clamp(0.5 * (1.0 + ramp) - abs(off), 0.0, min(1.0, ramp)) / ramp;
-    return along.x * along.y;
-}
-
-vec2 half_square(vec2 at) {
-    vec2 above = max(at, vec2(0.0));
-    return 0.5 * above * above;
-}
-
-// Shares along both axes of all that lies on the low side of a place, from the pixel's middle [px].
-vec2 below(vec2 at) {
-    float outer = 0.5 * (1.0 + ramp), inner = 0.5 * (1.0 - ramp);
-    vec2 rise = half_square(at + outer) - half_square(at + inner);
-    return (rise - half_square(at - inner) + half_square(at - outer)) / ramp;
+// Share of a sample by its distance from the pixel's middle [px], times the square of the ramps.
+vec4 share_at(vec2 off) {
+    vec4 outer = 0.5 * (1.0 + ramps), peak = min(vec4(1.0), ramps);
+    return clamp(outer - abs(off.x), vec4(0.0), peak) * clamp(outer - abs(off.y), vec4(0.0), peak);
 }
 #endif
 
 #ifdef WINDOW
 // What a group of a cell gives a pixel, which sees some of its samples.
 #ifdef SOFT
-void add_group(inout Sum sum, ivec2 cell, uint first_page, uint group, vec4 seen, int layer) {
+void add_group(inout Sum sum, ivec2 cell, uint first_page, uint group, mat4 seen, int layer) {
     const uvec4 PLACES = uvec4(1u, 2u, 1u << uint(STRIDE), 1u << uint(STRIDE + 1));
-    float samples = dot(seen, vec4(notEqual(group & PLACES, uvec4(0u))));
+    vec4 samples = seen * vec4(notEqual(group & PLACES, uvec4(0u)));
+    bool some = any(greaterThan(samples, vec4(0.0)));
 #else
 void add_group(inout Sum sum, ivec2 cell, uint first_page, uint group, uint seen, int layer) {
     float samples = float(samples_of(group & seen));
+    bool some = samples > 0.0;
 #endif
     vec4 light = point(first_page, cell, layer);
-    sum.light += samples > 0.0 ? samples * light : vec4(0.0);
+    sum.light += some ? samples * light : vec4(0.0);
     sum.covered += samples;
 }
 
@@ -135,16 +137,16 @@ void main() {
     // The cells within the pixel's bounds on the raster.
     mat2 back = inverse(to_square);
 #ifdef SOFT
-    float half_width = 0.5 * (1.0 + ramp);
+    float half_width = 0.5 * (1.0 + widest_ramp);
 #else
     float half_width = 0.5;
 #endif
     vec2 at = -(back * origin), reach = half_width * (abs(back[0]) + abs(back[1])) + 1.0;
     ivec2 first = clamp(ivec2(floor(max(0.5 * (at - reach), 0.0))), ivec2(0), cells);
     ivec2 last = ivec2(ceil(min(0.5 * (at + reach), vec2(cells))));
-    Sum sum = Sum(vec4(0.0), 0.0, 0.0);
+    Sum sum = NOTHING;
     for (int j = first.y; j < last.y; ++j) {
-        Sum row = Sum(vec4(0.0), 0.0, 0.0);
+        Sum row = NOTHING;
         for (int i = first.x; i < last.x; ++i) {
             uvec4 groups = texelFetch(cell_groups, ivec2(i, j), 0);
             uint first_page = texelFetch(block_pages, ivec2(i, j) / BLOCK, 0).r;
@@ -152,7 +154,7 @@ void main() {
             // 65,535 turns together.
             vec2 corner = to_square * (2.0 * vec2(i, j) + 0.5) + origin;
 #ifdef SOFT
-            vec4 seen = vec4(share_at(corner), share_at(corner + to_square[0]),
+            mat4 seen = mat4(share_at(corner), share_at(corner + to_square[0]),
                              share_at(corner + to_square[1]),
                              share_at(corner + to_square[0] + to_square[1]));
 #else
@@ -169,8 +171,13 @@ void main() {
         }
         add(sum, row);
     }
+#ifdef SOFT
+    radiance = sum.light / (count * ramps * ramps);
+    share = sum.covered / (count * ramps * ramps);
+#else
     radiance = sum.light / count;
     share = vec4(sum.covered / count);
+#endif
 }
 #else
 // Which of four groups hold a sample; the place of that among them.
@@ -196,7 +203,7 @@ Sum sample_sum(ivec2 texel) {
     }
     uint first_page = texelFetch(block_pages, cell / BLOCK, 0).r;
     vec4 light = point(first_page, cell, layer);
-    return Sum(held ? light : vec4(0.0), held ? 1.0 : 0.0, 1.0);
+    return Sum(held ? light : vec4(0.0), Share(held ? 1.0 : 0.0), Share(1.0));
 }
 
 #ifdef SOFT
@@ -214,7 +221,7 @@ bool is_known(ivec2 texel) {
 #if defined(SOFT) && !defined(DISTORTED)
 // A cell as a whole: light, the covered share and all of it, by its share in a pixel. Of one that does
 // not look the same all over the covered share is negative if its samples have to be weighted.
-Sum soft_sum(ivec2 cell, float all_of_it) {
+Sum soft_sum(ivec2 cell, vec4 all_of_it) {
     bool inside = all(greaterThanEqual(cell, ivec2(0))) && all(lessThan(cell, cells));
     cell = clamp(cell, ivec2(0), cells - 1);
     uvec4 groups = texelFetch(cell_groups, cell, 0);
@@ -222,12 +229,12 @@ Sum soft_sum(ivec2 cell, float all_of_it) {
     uint in_first = samples_of(groups.x);
     bool lit = inside && in_first > 0u, mixed = lit && in_first < groups.x >> TEXELS;
     vec4 light = point(first_page, cell, 0);
-    Sum sum = Sum(lit ? all_of_it * light : vec4(0.0), lit ? all_of_it : 0.0, all_of_it);
-    if (mixed) sum.covered = -1.0;
+    Sum sum = Sum(lit ? all_of_it * light : vec4(0.0), lit ? all_of_it : vec4(0.0), all_of_it);
+    if (mixed) sum.covered = vec4(-1.0);
     if (mixed && by_samples == 0) {
         Sum samples = cell_sum(cell);
-        float each = all_of_it / samples.count;
-        float covered = samples.covered < samples.count ? each * samples.covered : all_of_it;
+        vec4 each = all_of_it / samples.count;
+        vec4 covered = samples.covered.x < samples.count.x ? each * samples.covered : all_of_it;
         sum = Sum(each * samples.light, covered, all_of_it);
     }
     return sum;
@@ -243,20 +250,20 @@ Sum sum_of_samples(vec2 middle, mat2 to_raster) {
     float extent = max(abs(to_raster[0].x) + abs(to_raster[1].x),
                        abs(to_raster[0].y) + abs(to_raster[1].y));
 #ifdef SOFT
-    extent *= 1.0 + ramp;
+    extent *= 1.0 + widest_ramp;
 #endif
     // The middle of a texel that is counted lies within half the extent of a place in the first one.
     int reach = int(0.5 * extent + 0.501);
     ivec2 centre = ivec2(floor(middle));
-    Sum sum = Sum(vec4(0.0), 0.0, 0.0);
+    Sum sum = NOTHING;
     for (int j = -reach; j <= reach; ++j) {
-        Sum row = Sum(vec4(0.0), 0.0, 0.0);
+        Sum row = NOTHING;
         for (int i = -reach; i <= reach; ++i) {
             ivec2 texel = centre + ivec2(i, j);
             vec2 off = to_pixel * (vec2(texel) + 0.5 - middle);
 #ifdef SOFT
-            float part = share_at(off);
-            if (part <= 0.0 || !is_known(texel)) continue;
+            vec4 part = share_at(off);
+            if (all(lessThanEqual(part, vec4(0.0))) || !is_known(texel)) continue;
             Sum one = sample_sum(texel);
             add(row, Sum(part * one.light, part * one.covered, part * one.count));
 #else
@@ -272,7 +279,7 @@ Sum sum_of_samples(vec2 middle, mat2 to_raster) {
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    Sum sum = Sum(vec4(0.0), 0.0, 0.0);
+    Sum sum = NOTHING;
     // Row by row: thousands of samples added to one float32 would lose its last digits.
 #ifdef DISTORTED
     mat2 to_raster = mat2(raster_from_pixel.xy, raster_from_pixel.zw);
@@ -286,21 +293,20 @@ void main() {
 #elif defined(SOFT)
     // Cells that look the same all over, and of which no neighbour looks different, count as a whole.
     float per_pixel = float(cells_per_pixel);
-    int first = int(floor(-0.5 * ramp * per_pixel)), end = cells_per_pixel - first;
+    int first = int(floor(-0.5 * widest_ramp * per_pixel)), end = cells_per_pixel - first;
     bool lit = false, bare = false, mixed = false;
     for (int j = first; j < end; ++j) {
-        Sum row = Sum(vec4(0.0), 0.0, 0.0);
+        Sum row = NOTHING;
         for (int i = first; i < end; ++i) {
-            vec2 low = vec2(i, j) / per_pixel - 0.5;
-            vec2 along = below(low + 1.0 / per_pixel) - below(low);
             ivec2 offset = ivec2(floor((vec2(i, j) + 0.5) / per_pixel));
             // Beyond the tile's samples as at their edge.
             ivec2 known = clamp(pixel + offset, ivec2(core.xy), ivec2(core.zw) - 1);
             ivec2 corner = cells_per_pixel * (known - offset - ivec2(tile_origin));
-            Sum one = soft_sum(corner + ivec2(i, j), along.x * along.y);
-            lit = lit || one.covered > 0.0;
-            bare = bare || one.covered == 0.0;
-            mixed = mixed || one.covered < 0.0;
+            vec4 all_of_it = cell_shares[MAX_CELLS + i] * cell_shares[MAX_CELLS + j];
+            Sum one = soft_sum(corner + ivec2(i, j), all_of_it);
+            lit = lit || any(greaterThan(one.covered, vec4(0.0)));
+            bare = bare || all(equal(one.covered, vec4(0.0)));
+            mixed = mixed || one.covered.x < 0.0;
             add(row, one);
         }
         add(sum, row);
@@ -314,7 +320,7 @@ void main() {
     ivec2 corner = cells_per_pixel * (pixel - ivec2(tile_origin));
     int j = 0;
     do {
-        Sum row = Sum(vec4(0.0), 0.0, 0.0);
+        Sum row = NOTHING;
         int i = 0;
         do add(row, cell_sum(corner + ivec2(i, j))); while (++i < cells_per_pixel);
         add(sum, row);
@@ -322,6 +328,7 @@ void main() {
 #endif
     radiance = sum.light / max(sum.count, 1e-6);
     // Drivers divide to the last digit but one, through which the Sun's disc would shine.
-    share = vec4(sum.covered < sum.count ? sum.covered / sum.count : float(sum.count > 0.0));
+    vec4 covered = vec4(sum.covered), count = vec4(sum.count);
+    share = mix(vec4(greaterThan(count, vec4(0.0))), covered / max(count, 1e-6), lessThan(covered, count));
 }
 #endif

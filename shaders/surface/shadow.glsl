@@ -45,6 +45,7 @@ struct Receiver {
     float slack;   // by so much rounding moves a height [m]
     float tilt;    // and by so much for each texel of distance
     float lift;    // and the triangle itself so far below that surface [m]
+    float exact;   // so far from its plane a map may show the triangle [m]
 };
 
 // The casters over a receiver at one texel: heights [m] above the receiver.
@@ -53,6 +54,7 @@ struct Slab {
     bool casts;
     bool ends;     // above the receiver
     bool beyond;   // it shows neither a caster nor the receiver's own surface
+    bool step;     // it shows a low step
 };
 
 // Bounds on the casters' depths: those of caster_level, and for cells of 64 texels in the cone to the
@@ -103,6 +105,9 @@ Receiver receiver_at(SunMap map, vec3 here, vec3 n) {
     r.tilt = 0.002 * map.texel * (1.0 + bounded * bounded);
     r.slack = 1e-6 * map.depth + r.tilt * (1.0 + 8.0 * offset_texels);
     r.lift = LIFT * map.texel * sqrt(1.0 + grade * grade);
+    // The triangle's own plane comes from its corners: in the depths a few bits are lost, and in the
+    // place on the map a ten thousandth of a texel.
+    r.exact = 2e-7 * map.depth + 2e-4 * map.texel * grade;
     return r;
 }
 
@@ -120,7 +125,7 @@ float receiver_plane(Receiver r, vec2 offset) {
 bool beyond_receiver(Receiver r, float high, float plane, vec2 offset) {
     float slack = r.slack + r.tilt * (abs(offset.x) + abs(offset.y));
     float over = high + r.lift + slack - plane;
-    return over > 2.0 * slack || over < -2.0 * slack - 1.5 / LIFT * r.lift;
+    return over > r.exact || over < -2.0 * slack - 1.5 / LIFT * r.lift;
 }
 
 // reach : texels per metre of height to the disc's edge
@@ -157,8 +162,28 @@ Around casters_around(sampler2D tops, SunMap map, Receiver r, float reach, float
     return Around(high, dark, near, !dark && !near && high > slack);
 }
 
+// Heights of a step, texels over the receiver's surface: a lower one counts as low, a higher one not,
+// and between them some of the directions of the disc take it for low.
+const float LOW_STEP = 1.0, HIGH_STEP = 3.0;
+
+// Height of one texel over the receiver's surface, along the light [m].
+float texel_height(Receiver r) { return r.lift / LIFT; }
+
+// Whether no caster stands over a receiver, nor over those on the same plane, in the texels up to
+// `reach` away: none stands over the plane that the map's cell holds (shadow/planes.frag).
+bool free_of_casters(sampler2D planes, SunMap map, Receiver r, float reach) {
+    ivec2 cell = clamp(ivec2(r.here.xy) >> 3, ivec2(0), ivec2((map.size >> 3) - 1));
+    vec3 over = texelFetch(planes, cell + ivec2(map.column >> 3, 0), 0).xyz;
+    vec2 place = r.here.xy - 8.0 * (vec2(cell) + 0.5);
+    vec2 slope = abs(map.depth * over.xy + r.slope);
+    float high = map.top - r.here.z - map.depth * (over.z + dot(over.xy, place)) + r.drop;
+    return reach <= 8.0 && high + reach * (slope.x + slope.y) <= r.slack;
+}
+
 // What stands over the receiver at an offset [texels] from it.
-Slab slab_at(sampler2D depths, SunMap map, Receiver r, vec2 offset) {
+//
+// low_step : steps on the receiver's surface lower than so many texels cast nothing here
+Slab slab_at(sampler2D depths, SunMap map, Receiver r, vec2 offset, float low_step) {
     ivec2 at = clamp(ivec2(floor(r.here.xy + offset)), ivec2(0), ivec2(map.size - 1));
     float above = map.top - r.here.z;
     Slab slab;
@@ -170,25 +195,29 @@ Slab slab_at(sampler2D depths, SunMap map, Receiver r, vec2 offset) {
     slab.beyond = !SOLID && !slab.casts && beyond_receiver(r, slab.high, plane, middle);
     slab.low = slab.high;
     slab.ends = true;
+    slab.step = false;
     if (slab.casts) {
         float low = above - map.depth * texelFetch(depths, at + ivec2(map.column, map.size), 0).r;
         // No end above the receiver: a sheet, or a solid that the receiver's own body runs into.
         slab.ends = low >= plane;
         slab.low = min(slab.ends ? low : plane, slab.high);
+        slab.step = SOLID && !slab.ends && slab.high - plane < low_step * texel_height(r);
+        slab.casts = !slab.step;
     }
     return slab;
 }
 
 // What stands there below the slabs, its lower end unknown: a solid is taken to reach the receiver.
-Slab slab_behind(sampler2D behind, SunMap map, Receiver r, vec2 offset) {
+Slab slab_behind(sampler2D behind, SunMap map, Receiver r, vec2 offset, float low_step) {
     ivec2 at = clamp(ivec2(floor(r.here.xy + offset)), ivec2(0), ivec2(map.size - 1));
     float plane = receiver_plane(r, vec2(at) + 0.5 - r.here.xy);
     float depth = texelFetch(behind, at + ivec2(map.column, 0), 0).r;
     float high = map.top - r.here.z - map.depth * depth;
-    return Slab(high, SOLID ? min(plane, high) : high, high > plane, false, false);
+    bool step = SOLID && high > plane && high - plane < low_step * texel_height(r);
+    return Slab(high, SOLID ? min(plane, high) : high, high > plane && !step, false, false, step);
 }
 
-const Slab NO_SLAB = Slab(0.0, 0.0, false, false, true);
+const Slab NO_SLAB = Slab(0.0, 0.0, false, false, true, false);
 
 // What stands over the receiver at the nearest of the four texels around it that its surface reaches.
 Slab overhead_slab(sampler2D depths, SunMap map, Receiver r) {
@@ -197,7 +226,7 @@ Slab overhead_slab(sampler2D depths, SunMap map, Receiver r) {
     float nearest2 = 2.0;
     for (int k = 0; k < 4; ++k) {
         vec2 offset = first + vec2(k & 1, k >> 1);
-        Slab slab = slab_at(depths, map, r, offset);
+        Slab slab = slab_at(depths, map, r, offset, 0.0);
         float away2 = dot(offset, offset);
         bool nearer = !slab.beyond && away2 < nearest2;
         if (nearer) overhead = slab;
@@ -208,8 +237,8 @@ Slab overhead_slab(sampler2D depths, SunMap map, Receiver r) {
 
 // What stands over the receiver at an offset [texels]; near the receiver, where the texel lies beyond
 // its surface, what stands over the receiver itself.
-Slab slab_near(sampler2D depths, SunMap map, Receiver r, Slab overhead, vec2 offset) {
-    Slab slab = slab_at(depths, map, r, offset);
+Slab slab_near(sampler2D depths, SunMap map, Receiver r, Slab overhead, vec2 offset, float low_step) {
+    Slab slab = slab_at(depths, map, r, offset, low_step);
     if (slab.beyond && dot(offset, offset) < 4.0) slab = overhead;
     return slab;
 }
@@ -222,8 +251,9 @@ struct Casters {
 // Whether a line from the receiver meets a slab: down the line from the highest caster.
 //
 // ray, reach : texels per metre of height, of this line and at the disc's edge
+// low_step : as in slab_at
 bool meets_caster(sampler2D depths, sampler2D behind, SunMap map, Receiver r, Slab overhead, vec2 ray,
-                  float reach, Casters casters) {
+                  float reach, Casters casters, float low_step) {
     float height = casters.top, before = 0.0, off_before = 0.0;
     bool lowest = false;
     int looks = SOLID ? 3 : 4;
@@ -231,10 +261,10 @@ bool meets_caster(sampler2D depths, sampler2D behind, SunMap map, Receiver r, Sl
         // Near contact the disc shrinks below a texel; then the texel's own width smooths.
         float wider = sqrt(1.0 + 0.6 / max(height * height * reach * reach, 1e-6));
         vec2 offset = height * (map.lean + wider * ray);
-        Slab slab = slab_near(depths, map, r, overhead, offset);
+        Slab slab = slab_near(depths, map, r, overhead, offset, low_step);
         bool over = slab.casts && slab.low > 1.05 * height;
         if (over) {
-            Slab next = slab_behind(behind, map, r, offset);
+            Slab next = slab_behind(behind, map, r, offset, low_step);
             if (next.casts) slab = next;
         }
         float meets = clamp(height, slab.low, slab.high);
@@ -321,15 +351,20 @@ float mean_of(vec4 texels, vec2 weight) {
 // side too. But a step stands upright on the receiver's own surface: its top overhangs its foot, as
 // the light sees it, by so much, and that is all that it shades. On the sunny side this is negative.
 // The top's edge may lie anywhere between the middles that cast and those that do not; the foot,
-// which hides what is behind, lies beyond the receiver. High casters may stand anywhere.
+// which hides what is behind, lies beyond the receiver.
 float lit_near_step(SunMap map, Receiver r, float lit, vec2 edge, float rise) {
     vec2 gradient = r.slope / map.texel;
-    float steepness2 = 1.0 + dot(gradient, gradient);
     float along = dot(gradient, edge) / max(length(edge), 1e-6);
-    float overhang_texels = (rise + r.lift) / map.texel * along / steepness2;
+    float overhang_texels = (rise + r.lift) / map.texel * along / (1.0 + dot(gradient, gradient));
     float shaded = clamp(overhang_texels, 0.0, 1.0 - lit);
-    float height_texels = rise / map.texel * inversesqrt(steepness2);
-    return mix(lit / (lit + shaded), lit, smoothstep(1.0, 3.0, height_texels));
+    return lit / (lit + shaded);
+}
+
+// Across the edge between dark texels and lit ones, towards the dark, where one of the four weighs so
+// much along rows and columns.
+vec2 edge_of(vec4 dark, vec2 weight) {
+    return vec2(mix(dark.y - dark.x, dark.w - dark.z, weight.y),
+                mix(dark.z - dark.x, dark.w - dark.y, weight.x));
 }
 
 // Lit share of the four texels nearest to an offset [texels] from a receiver; past sheets, of those
@@ -354,15 +389,43 @@ float lit_by_neighbours(sampler2D depths, SunMap map, Receiver r, vec2 offset) {
     }
     float share = mean_of(lit, weight), shaded = mean_of(dark, weight);
     if (shaded > 0.0 && share > 0.0) {
-        vec2 edge = vec2(mix(dark.y - dark.x, dark.w - dark.z, weight.y),
-                         mix(dark.z - dark.x, dark.w - dark.y, weight.x));
+        vec2 edge = edge_of(dark, weight);
         float rise = mean_of(dark * (high - plane), weight) / shaded;
         // Of the casters, those that end below the receiver stand on its surface.
         vec4 low = heights_of(depths, map, r, first + ivec2(map.column, map.size));
         float standing = mean_of(dark * vec4(lessThan(low, plane)), weight) / shaded;
-        share = mix(share, lit_near_step(map, r, share, edge, rise), standing);
+        // High casters may stand anywhere.
+        float low_step = 1.0 - smoothstep(LOW_STEP, HIGH_STEP, rise / texel_height(r));
+        share = mix(share, lit_near_step(map, r, share, edge, rise), standing * low_step);
     }
     return share;
+}
+
+// Lit share of a receiver past the low steps on its surface alone.
+//
+// offset : from the receiver to its place on the surface [texels]
+float lit_past_steps(sampler2D depths, sampler2D behind, SunMap map, Receiver r, vec2 offset) {
+    ivec2 first = nearest_texels(map, r, offset);
+    vec4 plane;
+    bvec4 casting;
+    vec4 rises = heights_at(depths, map, r, first, plane, casting) - plane;
+    vec4 low = heights_of(depths, map, r, first + ivec2(map.column, map.size));
+    vec4 over = vec4(casting) * vec4(greaterThanEqual(low, plane));
+    if (dot(over, over) > 0.0) {
+        // A step below what floats there.
+        vec4 next = heights_of(behind, map, r, first + ivec2(map.column, 0)) - plane;
+        rises = mix(rises, next, over);
+    }
+    vec4 dark = vec4(casting) * vec4(greaterThan(rises, vec4(r.slack)))
+              * (1.0 - smoothstep(vec4(LOW_STEP), vec4(HIGH_STEP), rises / texel_height(r)));
+    vec2 weight = clamp(r.here.xy + offset - vec2(first) - 0.5, 0.0, 1.0);
+    float shaded = mean_of(dark, weight);
+    float lit = 1.0 - shaded;
+    if (shaded > 0.0 && lit > 0.0) {
+        float rise = mean_of(dark * rises, weight) / shaded;
+        lit = lit_near_step(map, r, lit, edge_of(dark, weight), rise);
+    }
+    return lit;
 }
 
 // The samples of a group, all on the plane of the group's own receiver.
@@ -382,13 +445,28 @@ Receiver next_receiver(Samples samples, inout uint left) {
     return r;
 }
 
+// Mean over the samples of a group of the light that low steps leave.
+float mean_past_steps(sampler2D depths, sampler2D behind, SunMap map, Samples samples) {
+    vec2 offset = to_surface(map, samples.of_group);
+    uint left = samples.group;
+    float lit = 0.0;
+    do lit += lit_past_steps(depths, behind, map, next_receiver(samples, left), offset); while (left != 0u);
+    return lit / float(samples.count);
+}
+
+// Below which height a step is low to one of the disc's directions [texels]: evenly between the two.
+float low_step_of(int k, vec2 turn) {
+    return mix(LOW_STEP, HIGH_STEP, fract(turn.x + 0.6180339887 * float(k)));
+}
+
 // Share of the disc's light that passes the casters around a group of samples, per band: their mean.
 // Each sample takes its share of the directions that fill the disc together.
 //
+// highest : that a caster may stand over them [m]
 // reach : texels per metre of height to the disc's edge
 // limb_u, limb_v : darkening of the disc towards its limb, per band
 // turn : two numbers 0..1 that vary from group to group
-vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, Samples samples, Around around, float reach,
+vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, Samples samples, float highest, float reach,
                vec4 limb_u, vec4 limb_v, vec2 turn) {
     float angle = 6.28318531 * turn.x;
     vec2 first = vec2(cos(angle), sin(angle)), direction = first;
@@ -397,21 +475,23 @@ vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, Samples samples, 
     float share = 1.0 / float(taps);
     // Directions are tried first at the bound's height. What they meet tells between which heights the
     // slabs around lie; lower casters near the receivers are looked for on rings towards the disc's middle.
-    float high = around.high, spread = sqrt(high * high * reach * reach + 0.6);
+    float high = highest, spread = sqrt(high * high * reach * reach + 0.6);
     float deepest = high, near = 1.0 - 0.4 * turn.y;
     bool sheets = !SOLID;
     Slab overhead = NO_SLAB;
     if (sheets) overhead = overhead_slab(depths, map, samples.of_group);
     Casters casters = Casters(0.0, high);
     uvec4 blocked = uvec4(0u);   // a bit for each direction
+    bool steps = false;
     uint left = samples.group;
     for (int k = 0; k < taps + NEAR_TAPS; ++k) {
         bool ring = k >= taps;
         if (ring) near *= 0.55;
         float part = ring ? near : sqrt((float(k) + turn.y) * share);
         vec2 offset = part * spread * direction + (ring ? near * high : high) * map.lean;
-        Slab slab = slab_near(depths, map, next_receiver(samples, left), overhead, offset);
+        Slab slab = slab_near(depths, map, next_receiver(samples, left), overhead, offset, low_step_of(k, turn));
         direction = on * direction;
+        steps = steps || slab.step;
         if (!slab.casts) continue;
         casters.top = max(casters.top, slab.high);
         uint bit = slab.high >= 0.95 * high ? 1u << uint(k & 31) : 0u;
@@ -419,7 +499,9 @@ vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, Samples samples, 
         if (slab.ends) casters.bottom = min(casters.bottom, slab.low);
         deepest = min(deepest, slab.low);
     }
-    if (casters.top <= 0.0) return vec4(1.0);
+    float past_steps = 1.0;
+    if (steps) past_steps = mean_past_steps(depths, behind, map, samples);
+    if (casters.top <= 0.0) return vec4(past_steps);
     // All that stands around is as high as that: nothing is left to try.
     bool settled = deepest >= 0.95 * high;
     // Where no slab ends above the receivers, they all run down to them.
@@ -440,11 +522,11 @@ vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, Samples samples, 
         uvec4 words = blocked * uvec4(equal(ivec4(k >> 5), ivec4(0, 1, 2, 3)));
         bool shaded = (((words.x | words.y | words.z | words.w) >> uint(k & 31)) & 1u) == 1u;
         bool open = !shaded && !settled;
-        if (open) shaded = meets_caster(depths, behind, map, r, overhead, ray, reach, casters);
+        if (open) shaded = meets_caster(depths, behind, map, r, overhead, ray, reach, casters, low_step_of(k, turn));
         all += light;
         lit += shaded ? vec3(0.0) : light;
     }
     // The law of limb_profile, summed.
-    return (lit.x - limb_u * lit.y - limb_v * lit.z)
+    return past_steps * (lit.x - limb_u * lit.y - limb_v * lit.z)
          / max(all.x - limb_u * all.y - limb_v * all.z, 1e-6);
 }

@@ -2,19 +2,22 @@
 #include "common/sun.glsl"
 #include "gbuffer/page_places.glsl"
 #include "surface/material.glsl"
+#include "surface/unknown_sunlight.glsl"
 
-// Share of the sunlight that passes the casters, per band; negative where it was searched for: then
-// points fill one square of 4 x 4 texels after the other (surface/sunlight.frag).
+// Share of the sunlight that passes the casters, per band; negative where it was looked for afterwards:
+// then points fill one square of 4 x 4 texels after the other (surface/sunlight.frag).
 uniform sampler2D sunlight;
 uniform sampler2D searched_sunlight;
-// Of each page: from bit 4 on how many points come before its own, below it which of its points.
+// Of each page: from bit 4 on how many points come before its own, below it which of its points; of
+// those that were searched, and of those near casters.
 uniform usampler2D searched_pages;
 
 // The share at a shading point.
 vec4 sunlight_at(ivec2 at) {
     vec4 lit = texelFetch(sunlight, at, 0);
     if (lit.x < 0.0) {
-        uint page = texelFetch(searched_pages, entry_of_point(at), 0).r;
+        uvec2 pages = texelFetch(searched_pages, entry_of_point(at), 0).rg;
+        uint page = lit.x == SEARCH_TELLS ? pages.r : pages.g;
         int index = listed_index(page, at);
         int square = index >> 4;
         ivec2 place = 4 * ivec2(square & (SQUARES - 1), square / SQUARES);

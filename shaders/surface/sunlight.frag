@@ -1,22 +1,39 @@
-// Share of the sunlight that reaches each shading point of a spacecraft, per band. Drawn twice: first
-// for all, where the whole of the point's cell is lit or dark, and -1 elsewhere; then, with SEARCH,
-// sample by sample for the rest, one beside the other.
+// Share of the sunlight that reaches each shading point of a spacecraft, per band. Drawn first for all,
+// where the whole of the point's cell is lit or dark, or the Sun is a point to its casters; then, with
+// SEARCH, sample by sample for the rest, one beside the other.
+//
+// With PLANES, planes over the casters tell where no caster stands: of most points near casters, where
+// the texels of the map are small. The others follow, one beside the other, with NEIGHBOURS.
 #include "block/spacecraft"
 #include "block/shadow"
 #define GROUPED
 #include "gbuffer/cells.glsl"
 #include "surface/shadow.glsl"
+#include "surface/unknown_sunlight.glsl"
 #ifdef MOVING
 #include "common/moving.glsl"
 #endif
 
+#if defined(SEARCH) || defined(NEIGHBOURS)
+#define LISTED
+#endif
+
 // The whole map, and right of it the close one where there is one.
+#ifdef PLANES
+uniform sampler2D sun_planes;
+#else
 uniform sampler2D sun_depths;
-uniform sampler2D sun_tops;
-#ifdef SEARCH
-uniform sampler2D sun_behind;
+#endif
+#ifdef LISTED
 // Columns of the points, and from bit 16 on rows; behind the last all bits are set.
 uniform usampler2D searched_points;
+// What was drawn first.
+uniform sampler2D sunlight;
+#else
+uniform sampler2D sun_tops;
+#endif
+#ifdef SEARCH
+uniform sampler2D sun_behind;
 #endif
 
 // What the shading points see: targets of gbuffer/gbuffer.frag.
@@ -52,9 +69,27 @@ Atlas atlas_of(bool close) {
     return Atlas(map, atlas.w, from_body);
 }
 
+#ifndef PLANES
+// Lit share of a group of samples to whose casters the Sun is a point.
+//
+// highest : that a caster may stand over them [m]
+float lit_near(SunMap map, Receiver of_group, mat2x3 steps, uint group, float highest) {
+    uint left = group;
+    vec2 middle = point_of(group);
+    vec2 offset = to_surface(map, of_group) + lean_past(sun_depths, map, of_group, highest);
+    float lit = 0.0;
+    do {
+        Receiver receiver = of_group;
+        receiver.here += steps * (vec2(next_texel(left)) + 0.5 - middle);
+        lit += lit_by_neighbours(sun_depths, map, receiver, offset);
+    } while (left != 0u);
+    return lit / float(samples_of(group));
+}
+#endif
+
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
-#ifdef SEARCH
+#ifdef LISTED
     uint point = texelFetch(searched_points, at, 0).r;
     if (point == ~0u) discard;
     at = ivec2(point & 65535u, point >> 16u);
@@ -96,29 +131,33 @@ void main() {
     bool away = dot(n, wi) <= 0.0;
     // All samples of a group see one plane.
     Receiver of_group = receiver_at(atlas.map, here, plane);
+#ifndef PLANES
     uint group = group_of(at);
+#endif
     // So far the cell's samples lie from its middle [texels of the map].
     vec2 spread = cell_reach * (abs(steps[0].xy) + abs(steps[1].xy));
-    Around around = casters_around(sun_tops, atlas.map, of_group, atlas.reach, max(spread.x, spread.y));
+    float sample_reach = max(spread.x, spread.y);
+#ifdef LISTED
+    float highest = texelFetch(sunlight, at, 0).y;
+#else
+    Around around = casters_around(sun_tops, atlas.map, of_group, atlas.reach, sample_reach);
+#endif
 #ifdef SEARCH
     Samples samples = Samples(of_group, steps, point_of(group), group, int(samples_of(group)));
-    lit_fraction = disc_past(sun_depths, sun_behind, atlas.map, samples, around, atlas.reach,
+    lit_fraction = disc_past(sun_depths, sun_behind, atlas.map, samples, highest, atlas.reach,
                              sun_limb_u, sun_limb_v, evenly_spread(vec2(cell_of_point(at))));
+#elif defined(NEIGHBOURS)
+    lit_fraction = vec4(lit_near(atlas.map, of_group, steps, group, highest));
 #else
     lit_fraction = vec4(around.dark || away ? 0.0 : 1.0);
-    if (around.near && !away) {
-        uint left = group;
-        vec2 middle = point_of(group);
-        vec2 offset = to_surface(atlas.map, of_group)
-                    + lean_past(sun_depths, atlas.map, of_group, around.high);
-        float lit = 0.0;
-        do {
-            Receiver receiver = of_group;
-            receiver.here += steps * (vec2(next_texel(left)) + 0.5 - middle);
-            lit += lit_by_neighbours(sun_depths, atlas.map, receiver, offset);
-        } while (left != 0u);
-        lit_fraction = vec4(lit / float(samples_of(group)));
-    }
-    if (around.search && !away) lit_fraction = vec4(-1.0);
+#ifdef PLANES
+    // Texels that smooth an edge lie up to two away from the samples.
+    bool unknown = around.near && !free_of_casters(sun_planes, atlas.map, of_group, sample_reach + 2.0);
+    if (unknown && !away) lit_fraction.xy = vec2(NEIGHBOURS_TELL, around.high);
+#else
+    if (around.near && !away)
+        lit_fraction = vec4(lit_near(atlas.map, of_group, steps, group, around.high));
+#endif
+    if (around.search && !away) lit_fraction.xy = vec2(SEARCH_TELLS, around.high);
 #endif
 }

@@ -1,7 +1,7 @@
-// Which points of each page are to be searched: a bit for each.
+// Which points of each page are to be searched, a bit for each, and from bit 4 on which lie near casters.
 #include "gbuffer/page_places.glsl"
+#include "surface/unknown_sunlight.glsl"
 
-// Negative where the share of the sunlight is unknown.
 uniform sampler2D sunlight;
 
 out uint mask;
@@ -11,7 +11,8 @@ void main() {
     ivec2 first = texel_of_page(entry.y * 4 * SQUARES + entry.x);
     mask = 0u;
     for (int k = 0; k < 4; ++k) {
-        bool unknown = texelFetch(sunlight, first + ivec2(k & 1, k >> 1), 0).x < 0.0;
-        mask |= unknown ? 1u << uint(k) : 0u;
+        float share = texelFetch(sunlight, first + ivec2(k & 1, k >> 1), 0).x;
+        mask |= share == SEARCH_TELLS ? 1u << uint(k) : 0u;
+        mask |= share == NEIGHBOURS_TELL ? 16u << uint(k) : 0u;
     }
 }

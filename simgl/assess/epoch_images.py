@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from simgl.arrays import AnyArray, Mask
-from simgl.assess.trajectory_assessment import PRODUCTS, Assignment
+from simgl.assess.trajectory_assessment import Assignment
 from simgl.assess.verdict import Verdict
 from simgl.figure_style import DN_MAP, LIGHT_MAP, ORANGE, figure_style, plain_axes
 from simgl.html_page import plot_source
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
 _MAX_SHOWN = 1280
 # The enlarged part is this much larger than the target, and at least so many pixels.
 _AROUND, _MIN_PART = 1.3, 24
+# Brightness temperatures below this are of space [K].
+_COLDEST_SHOWN = 150.0
 
 
 def shown_epochs(rows: Sequence[Row]) -> list[tuple[str, Row]]:
@@ -67,8 +70,8 @@ def epoch_images(
     work: Assignment, title: str, row: Row, simulator: Simulator, folder: Path
 ) -> dict[str, object]:
     """What the page shows of one epoch; the DN also go into the folder, as 16-bit PNG."""
-    state = work.scenario.at(int(row["tai_ns"] or 0))
-    capture = simulator.capture(state, work.camera, PRODUCTS)
+    tai_ns = int(row["tai_ns"] or 0)
+    state, capture = work.capture(simulator, tai_ns)
     assert capture.digital is not None
     assert capture.truth is not None
     on_target = capture.truth.instance == list(state.bodies).index(work.target) + 1
@@ -85,20 +88,30 @@ def epoch_images(
         "pedestal": f"{detector.pedestal:.0f}",
         "largest_dn": detector.largest_dn,
         "mosaic": None if detector.mosaic is None else detector.mosaic.order,
+        "others": [_image_by(work, camera, tai_ns, simulator) for camera in work.other_cameras],
     }
 
 
+def _image_by(work: Assignment, camera: str, tai_ns: int, simulator: Simulator) -> dict[str, str]:
+    """The image of a camera of the other kind at the same epoch."""
+    other = replace(work, camera=camera)
+    state, capture = other.capture(simulator, tai_ns)
+    assert capture.truth is not None
+    on_target = capture.truth.instance == list(state.bodies).index(work.target) + 1
+    history = "" if capture.thermal is None else f"; temperatures {capture.thermal.history}"
+    return {"camera": f"{camera}{history}", "plot": plot_source(_plot(capture, on_target))}
+
+
 def _plot(capture: Capture, on_target: Mask) -> Figure:
-    """DN from 0 to full scale, the target enlarged, and radiance with its scale."""
+    """DN from 0 to full scale, the target enlarged, and radiance with its scale, of a thermal
+    camera the brightness temperature."""
     from matplotlib.colors import Normalize
     from matplotlib.figure import Figure
     from matplotlib.patches import Rectangle
 
     assert capture.digital is not None
-    assert capture.radiance is not None
     dn = capture.digital.dn
     height, width = dn.shape
-    radiance = capture.radiance.radiance.sum(axis=-1, dtype=np.float64)
     full = Normalize(0, capture.info.camera.detector.largest_dn)
     with figure_style():
         figure = Figure(figsize=(10.4, 0.75 + 3.05 * height / width), layout="constrained")
@@ -117,11 +130,25 @@ def _plot(capture: Capture, on_target: Mask) -> Figure:
             part_norm = Normalize(float(cut.min()), max(float(cut.max()), float(cut.min()) + 1.0))
             title += f", enlarged {width / (right - left):.2g} times, scale of its own"
             _show(figure, part, cut, part_norm, DN_MAP, title)
-        label = "radiance 400-1000 nm [W m⁻² sr⁻¹]"
-        norm = decades_norm(radiance)
-        positive = np.maximum(radiance, np.finfo(np.float32).tiny)
-        _show(figure, light, positive, norm, LIGHT_MAP, label)
+        _show(figure, light, *_scene_light(capture))
     return figure
+
+
+def _scene_light(capture: Capture) -> tuple[AnyArray, object, str, str]:
+    """Values, scale, colours and title of what reaches the camera."""
+    from matplotlib.colors import Normalize
+
+    if (thermal := capture.thermal) is not None:
+        kelvin = thermal.brightness_temperature
+        # The full range would be spent on space.
+        warm = kelvin[kelvin > _COLDEST_SHOWN]
+        norm = Normalize(*np.percentile(warm if warm.size else kelvin, [1.0, 99.5]))
+        return kelvin, norm, LIGHT_MAP, "brightness temperature [K]"
+    assert capture.radiance is not None
+    radiance = capture.radiance.radiance.sum(axis=-1, dtype=np.float64)
+    positive = np.maximum(radiance, np.finfo(np.float32).tiny)
+    label = "radiance 400-1000 nm [W m⁻² sr⁻¹]"
+    return positive, decades_norm(radiance), LIGHT_MAP, label
 
 
 def _show(

@@ -41,7 +41,11 @@ def model_limits(work: Assignment, rows: Sequence[Row]) -> list[ModelLimit]:
 
 def _of_the_scenario(work: Assignment) -> Iterator[tuple[str, str]]:
     scenario = work.scenario
-    yield "spectrum", "Light is computed in four bands (400-500, 500-600, 600-700, 700-1000 nm)."
+    if work.is_thermal:
+        yield "reflection", "Thermal radiation is reflected diffusely: no mirror images."
+    else:
+        edges = "400-500, 500-600, 600-700, 700-1000 nm"
+        yield "spectrum", f"Light is computed in four bands ({edges})."
     yield "polarisation", "Scattering and reflection ignore polarisation."
     yield (
         "materials",
@@ -91,7 +95,8 @@ def _of_the_camera(work: Assignment) -> Iterator[tuple[str, str]]:
         + (", no rolling shutter." if camera.detector.row_time > 0.0 else "."),
     )
     yield "lens", "No internal reflections but those listed, no thermal defocus, no contamination."
-    if missing := ", ".join(_ideal_parts(camera)):
+    missing = "" if work.is_thermal else ", ".join(_ideal_parts(camera))
+    if missing:
         yield "camera", f"Ideal in this preset, thus without effect: {missing}."
 
 

@@ -20,6 +20,7 @@ from simgl.assess.requirement_check import (
     requirement_text,
 )
 from simgl.assess.target_background import TargetBackground
+from simgl.assess.temperature_section import temperature_section
 from simgl.assess.time_plots import NO_BANDS, geometry_plot, image_plot
 from simgl.assess.timeline import Timeline
 from simgl.assess.trajectory_assessment import Assignment
@@ -104,6 +105,7 @@ def write_report(
         image_plot=plot_source(image_plot(rows, checks, _SHARES, bands)),
         ground_track=plot_source(track) if track is not None else None,
         geometry_sketch=plot_source(sketch) if sketch is not None else None,
+        temperatures=temperature_section(work, rows, simulator, path.parent),
         shown=[epoch_images(work, title, row, simulator, path.parent) for title, row in shown],
         limits=limits,
     )

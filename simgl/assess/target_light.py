@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -11,6 +13,7 @@ from simgl.arrays import Array, Array32, Mask
 from simgl.assess.exposure_advice import DETECTION, exposure_limits, full_electrons
 from simgl.assess.frame_geometry import FrameGeometry, frame_geometry
 from simgl.assess.target_background import TargetBackground, backdrop, ring_around
+from simgl.assess.target_warmth import TargetWarmth, target_warmth, thermal_signal_to_noise
 from simgl.camera.camera import Camera
 from simgl.errors import ConfigError, did_you_mean
 from simgl.false_colour import relative_flux
@@ -35,14 +38,20 @@ class FrameAssessment:
         bands
     target_pixels : whose centre sees the target
     saturated, dark, usable : shares of them; together 1, all 0 where there are none
-    median_snr : signal over noise of the target's pixels; 0 where there are none
+    median_snr : signal over noise of the target's pixels, of a thermal camera that of their
+        difference to what is behind; 0 where there are none
     cut_off : the target touches the image's edge
     size_px : longer side of the box around the target's pixels; 0 where there are none
     edge_distance_px : pixels between that box and the nearest edge of the image; None where there
         are none
     backdrop : what is behind it
-    contrast : abs(t - b) / (t + b) of target and background, median electrons; None where there is
-        no background beside the target
+    geometry : of Sun, Earth and orbit
+    contrast : abs(t - b) / (t + b) of target and background, median electrons, of a thermal camera
+        radiance; None where there is no background beside the target
+    warmth : what a thermal camera sees of it; None of visible light, and out of view
+
+    Of visible light, else None:
+
     mean_radiance : of the target's pixels, R, G, B, N [W m-2 sr-1]
     relative_flux : mean over the target of the source study's flux: luminance relative to a sunlit
         white plate, weighed as a display's primaries, times 1367 [W m-2]; no physical flux
@@ -51,7 +60,6 @@ class FrameAssessment:
     full_electrons : at which a pixel or its converter is full [e-]
     better_exposure : factor from the exposure time to the advised one; None where the target
         gives no light
-    geometry : of Sun, Earth and orbit
     """
 
     target: str
@@ -69,13 +77,14 @@ class FrameAssessment:
     edge_distance_px: int | None
     backdrop: TargetBackground
     contrast: float | None
-    mean_radiance: tuple[float, float, float, float]
-    relative_flux: float
-    median_electrons: float
-    bright_electrons: float
-    full_electrons: float
-    better_exposure: float | None
     geometry: FrameGeometry
+    warmth: TargetWarmth | None = None
+    mean_radiance: tuple[float, float, float, float] | None = None
+    relative_flux: float | None = None
+    median_electrons: float | None = None
+    bright_electrons: float | None = None
+    full_electrons: float | None = None
+    better_exposure: float | None = None
 
     @property
     def sun_exclusion(self) -> float | None:
@@ -83,12 +92,24 @@ class FrameAssessment:
         return self.sun_to_boresight if self.geometry.camera_sunlight > 0.0 else None
 
     @property
-    def exitance(self) -> float:
-        """pi times the mean radiance of the target, 400-1000 nm [W m-2].
+    def exitance(self) -> float | None:
+        """pi times the mean radiance of the target, 400-1000 nm [W m-2]; None of a thermal camera.
 
         What leaves its surface, as far as that is equally bright from all sides.
         """
-        return float(np.pi * sum(self.mean_radiance))
+        return None if self.mean_radiance is None else float(np.pi * sum(self.mean_radiance))
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Signal:
+    """Of a target's n pixels: which are full, which in the noise, signal over noise; contrast to
+    what is behind; and fields of the assessment that one kind of camera has."""
+
+    full: Mask
+    dark: Mask
+    snr: Array
+    contrast: float | None
+    fields: Mapping[str, Any]
 
 
 def assess_frame(
@@ -97,7 +118,8 @@ def assess_frame(
     target: str,
     criteria: UsabilityCriteria = UsabilityCriteria(),
 ) -> FrameAssessment:
-    """The assessment of a capture of a state that holds DN, electrons, radiance and truth.
+    """The assessment of a capture of a state that holds DN, electrons, radiance and truth; of a
+    thermal camera DN, its thermal frame and truth.
 
     criteria : give the share of the target that a better exposure may saturate
 
@@ -106,9 +128,6 @@ def assess_frame(
     if target not in state.bodies:
         problem = f"is not in the scenario; {did_you_mean(target, state.bodies)}"
         raise ConfigError("assess", f'target "{target}"', problem)
-    assert capture.digital is not None
-    assert capture.electrons is not None
-    assert capture.radiance is not None
     assert capture.truth is not None
     info = capture.info
     position = state.bodies[target].pose.position
@@ -117,20 +136,18 @@ def assess_frame(
     instance = list(state.bodies).index(target) + 1
     instances = capture.truth.instance
     on_target = instances == instance
-    image = capture.electrons.electrons
-    electrons = image[on_target].astype(np.float64)
     ring = ring_around(on_target, instances > 0)
-    pose = info.position, info.R_camera_from_icrf, info.camera.intrinsics
-    full = saturated(capture.digital.dn[on_target], info.camera.detector)
-    snr = _signal_to_noise(electrons, info.camera)
-    dark = ~full & (snr < DETECTION)
+    if capture.thermal is not None:
+        signal = _thermal_signal(capture, on_target, ring)
+    else:
+        signal = _light_signal(capture, on_target, ring, instances == 0, criteria)
     count = int(on_target.sum())
 
     def share(mask: Mask) -> float:
         return float(mask.sum()) / max(count, 1)
 
+    pose = info.position, info.R_camera_from_icrf, info.camera.intrinsics
     size, edge_distance = _box(on_target)
-    radiance = capture.radiance.radiance[on_target].mean(axis=0) if count else np.zeros(4)
     return FrameAssessment(
         target=target,
         range=float(np.linalg.norm(to_camera)),
@@ -138,22 +155,63 @@ def assess_frame(
         sun_to_boresight=angle_between(info.sun_direction_icrf, info.R_camera_from_icrf[2]),
         sunlight=state.sunlit_share(position),
         target_pixels=count,
-        saturated=share(full),
-        dark=share(dark),
-        usable=share(~full & ~dark),
-        median_snr=float(np.median(snr)) if count else 0.0,
+        saturated=share(signal.full),
+        dark=share(signal.dark),
+        usable=share(~signal.full & ~signal.dark),
+        median_snr=float(np.median(signal.snr)) if count else 0.0,
         cut_off=edge_distance == 0,
         size_px=size,
         edge_distance_px=edge_distance,
         backdrop=backdrop(ring, state, *pose),
-        contrast=_contrast(electrons, image[ring]),
-        mean_radiance=_four(radiance),
-        relative_flux=float(relative_flux(radiance.astype(np.float32))),
-        median_electrons=float(np.median(electrons)) if count else 0.0,
-        bright_electrons=float(np.percentile(electrons, _BRIGHT)) if count else 0.0,
-        full_electrons=full_electrons(info.camera),
-        better_exposure=_better_exposure(electrons, image[instances == 0], info.camera, criteria),
+        contrast=signal.contrast,
         geometry=frame_geometry(state, info.camera.name, target),
+        **signal.fields,
+    )
+
+
+def _light_signal(
+    capture: Capture, on_target: Mask, ring: Mask, sky: Mask, criteria: UsabilityCriteria
+) -> _Signal:
+    """Of visible light."""
+    assert capture.digital is not None
+    assert capture.electrons is not None
+    assert capture.radiance is not None
+    camera, image = capture.info.camera, capture.electrons.electrons
+    electrons = image[on_target].astype(np.float64)
+    full = saturated(capture.digital.dn[on_target], camera.detector)
+    snr = _signal_to_noise(electrons, camera)
+    count = int(on_target.sum())
+    radiance = capture.radiance.radiance[on_target].mean(axis=0) if count else np.zeros(4)
+    return _Signal(
+        full=full,
+        dark=~full & (snr < DETECTION),
+        snr=snr,
+        contrast=_contrast(electrons, image[ring]),
+        fields={
+            "mean_radiance": _four(radiance),
+            "relative_flux": float(relative_flux(radiance.astype(np.float32))),
+            "median_electrons": float(np.median(electrons)) if count else 0.0,
+            "bright_electrons": float(np.percentile(electrons, _BRIGHT)) if count else 0.0,
+            "full_electrons": full_electrons(camera),
+            "better_exposure": _better_exposure(electrons, image[sky], camera, criteria),
+        },
+    )
+
+
+def _thermal_signal(capture: Capture, on_target: Mask, ring: Mask) -> _Signal:
+    """Of a thermal camera; what is colder than its lowest DN counts as dark."""
+    assert capture.digital is not None
+    assert capture.thermal is not None
+    camera, dn, seen = capture.info.camera, capture.digital.dn, capture.thermal
+    assert camera.thermal is not None
+    full = saturated(dn[on_target], camera.detector)
+    snr = thermal_signal_to_noise(dn, on_target, ring, camera.thermal)
+    return _Signal(
+        full=full,
+        dark=~full & ((snr < DETECTION) | (dn[on_target] == 0)),
+        snr=snr,
+        contrast=_contrast(seen.radiance[on_target].astype(np.float64), seen.radiance[ring]),
+        fields={"warmth": target_warmth(seen, on_target, ring)},
     )
 
 

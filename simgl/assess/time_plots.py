@@ -172,13 +172,14 @@ def image_plot(
     colours: Mapping[str, str],
     bands: Mapping[str, Array] = NO_BANDS,
 ) -> Figure:
-    """Shares of the target's pixels, signal-to-noise ratio, contrast, and electrons.
+    """Shares of the target's pixels, signal-to-noise ratio, contrast, and electrons or, of a
+    thermal camera, temperatures.
 
     colours : of the shares usable, dark and saturated
     """
     with figure_style():
         plot = TimePlot(rows, checks, 4, bands)
-        shares, signal, contrast, electrons = plot.panels
+        shares, signal, contrast, last = plot.panels
         names = list(colours)
         shares.stackplot(
             plot.minutes,
@@ -206,16 +207,38 @@ def image_plot(
             signal.set_ylim(bottom=max(_MIN_SNR, 0.5 * float(column(rows, "median_snr").min())))
         plot.line(contrast, "contrast", PURPLE)
         contrast.set(ylabel="contrast to\nbackground [1]", ylim=(-0.05, 1.05))
-        full = column(rows, "full_electrons")[0]
-        for name, colour, label in (
-            ("bright_electrons", ORANGE, "brightest 2 %"),
-            ("median_electrons", BLUE, "median"),
-        ):
-            plot.line(electrons, name, colour, label)
-        electrons.axhline(full, color=INK, linewidth=1.0, linestyle=":", label="full")
-        electrons.set_ylabel("electrons [e⁻]")
-        electrons.set_yscale("symlog", linthresh=10.0)
-        electrons.set_ylim(bottom=0.0)
-        electrons.tick_params(axis="y", which="minor", left=False)
-        electrons.legend(loc="best", ncols=3, labelcolor=SOFT)
+        if "netd_k" in rows[0]:
+            _warmth(plot, last)
+        else:
+            _electrons(plot, last)
         return plot.finish()
+
+
+def _electrons(plot: TimePlot, panel: Axes) -> None:
+    """Of the target's pixels, and how many are full."""
+    full = column(plot.rows, "full_electrons")[0]
+    for name, colour, label in (
+        ("bright_electrons", ORANGE, "brightest 2 %"),
+        ("median_electrons", BLUE, "median"),
+    ):
+        plot.line(panel, name, colour, label)
+    panel.axhline(full, color=INK, linewidth=1.0, linestyle=":", label="full")
+    panel.set_ylabel("electrons [e⁻]")
+    panel.set_yscale("symlog", linthresh=10.0)
+    panel.set_ylim(bottom=0.0)
+    panel.tick_params(axis="y", which="minor", left=False)
+    panel.legend(loc="best", ncols=3, labelcolor=SOFT)
+
+
+def _warmth(plot: TimePlot, panel: Axes) -> None:
+    """Temperatures of the target's surfaces in view, and what is seen of it and beside it."""
+    for name, colour, label in (
+        ("target_highest_k", RED, "highest"),
+        ("target_mean_k", ORANGE, "mean"),
+        ("target_lowest_k", BLUE, "lowest"),
+        ("target_brightness_k", INK, "brightness"),
+        ("background_brightness_k", GREEN, "brightness beside"),
+    ):
+        plot.line(panel, name, colour, label)
+    panel.set_ylabel("temperature [K]")
+    panel.legend(loc="best", ncols=5, labelcolor=SOFT)

@@ -16,18 +16,25 @@ from simgl.physics.ephemeris import utc_from_tai_ns
 from simgl.progress import ProgressCallback, silent
 from simgl.scenario.scenario import Scenario
 from simgl.scenario.schema import UsabilityCriteria
+from simgl.scene.state import SceneState
 from simgl.sequence.journal import Columns, Journal, Row, Value, run_missing
 from simgl.sequence.run_sequence import identity
-from simgl.simulator import Product, Simulator
+from simgl.simulator import Capture, Product, Simulator
 from simgl.workers.frame_job import Executor
 
 PRODUCTS = frozenset({Product.DN, Product.ELECTRONS, Product.RADIANCE, Product.TRUTH})
+_THERMAL_PRODUCTS = frozenset({Product.DN, Product.THERMAL, Product.TRUTH})
 
 _Quantity = tuple[type[str] | type[int] | type[float], Callable[[FrameAssessment], Value]]
 
 
 def _degrees(angle: float | None) -> float | None:
     return None if angle is None else math.degrees(angle)
+
+
+def _band(assessment: FrameAssessment, number: int) -> float | None:
+    radiance = assessment.mean_radiance
+    return None if radiance is None else radiance[number]
 
 
 def _lvlh_columns() -> dict[str, _Quantity]:
@@ -71,10 +78,10 @@ _QUANTITIES: dict[str, _Quantity] = {
     "usable": (float, lambda a: a.usable),
     "median_snr": (float, lambda a: a.median_snr),
     "contrast": (float, lambda a: a.contrast),
-    "radiance_r_w_m2_sr": (float, lambda a: a.mean_radiance[0]),
-    "radiance_g_w_m2_sr": (float, lambda a: a.mean_radiance[1]),
-    "radiance_b_w_m2_sr": (float, lambda a: a.mean_radiance[2]),
-    "radiance_n_w_m2_sr": (float, lambda a: a.mean_radiance[3]),
+    "radiance_r_w_m2_sr": (float, lambda a: _band(a, 0)),
+    "radiance_g_w_m2_sr": (float, lambda a: _band(a, 1)),
+    "radiance_b_w_m2_sr": (float, lambda a: _band(a, 2)),
+    "radiance_n_w_m2_sr": (float, lambda a: _band(a, 3)),
     "exitance_w_m2": (float, lambda a: a.exitance),
     "relative_flux_w_m2": (float, lambda a: a.relative_flux),
     "median_electrons": (float, lambda a: a.median_electrons),
@@ -90,6 +97,15 @@ COLUMNS: Columns = {
     "verdict": str,
     "reasons": str,
 } | {name: kind for name, (kind, _) in _QUANTITIES.items()}
+# Those that a thermal camera has besides [K], and the field of ``TargetWarmth`` of each.
+_WARMTH = {
+    "target_lowest_k": "lowest",
+    "target_mean_k": "mean",
+    "target_highest_k": "highest",
+    "target_brightness_k": "brightness",
+    "background_brightness_k": "background",
+    "netd_k": "netd",
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,13 +133,41 @@ class Assignment:
             "criteria": repr(self.limits),
         } | identity(self.scenario, self.epochs)
 
+    @property
+    def is_thermal(self) -> bool:
+        """Whether the camera sees thermal radiation."""
+        return self.scenario.cameras[self.camera].thermal is not None
+
+    @property
+    def other_cameras(self) -> tuple[str, ...]:
+        """Cameras of the other kind, thermal or visible, whose images stand beside."""
+        return tuple(
+            name
+            for name, camera in self.scenario.cameras.items()
+            if (camera.thermal is not None) != self.is_thermal
+        )
+
+    @property
+    def columns(self) -> Columns:
+        """Of the table."""
+        return {**COLUMNS, **(dict.fromkeys(_WARMTH, float) if self.is_thermal else {})}
+
+    def capture(self, simulator: Simulator, tai_ns: int) -> tuple[SceneState, Capture]:
+        """A state and what the camera captures of it, standing still."""
+        state = self.scenario.at(tai_ns)
+        if not self.is_thermal:
+            return state, simulator.capture(state, self.camera, PRODUCTS)
+        warm = simulator.temperatures.at(tai_ns)
+        seen = simulator.capture(state, self.camera, _THERMAL_PRODUCTS, temperatures=warm)
+        return state, seen
+
     def render(self, simulator: Simulator, frame: int) -> Row:
         """The table's row of one epoch."""
         tai_ns = self.epochs[frame]
-        state = self.scenario.at(tai_ns)
-        capture = simulator.capture(state, self.camera, PRODUCTS)
+        state, capture = self.capture(simulator, tai_ns)
         assessment = assess_frame(capture, state, self.target, self.limits)
-        return row_of(frame, tai_ns, assessment, self.limits)
+        row = row_of(frame, tai_ns, assessment, self.limits)
+        return row | warmth_row(assessment) if self.is_thermal else row
 
 
 def assignment(
@@ -162,7 +206,7 @@ def run(
     Raises ConfigError for a folder that holds another assessment.
     """
     check_writable(folder)
-    with Journal(folder, work.content(), COLUMNS, keys=1) as journal:
+    with Journal(folder, work.content(), work.columns, keys=1) as journal:
         done = {key for (key,) in journal.done()}
         missing = [frame for frame in range(len(work.epochs)) if frame not in done]
         run_missing(missing, len(work.epochs), executor, journal.add, progress)
@@ -183,10 +227,17 @@ def row_of(frame: int, tai_ns: int, assessment: FrameAssessment, limits: Usabili
     return row | {name: value(assessment) for name, (_, value) in _QUANTITIES.items()}
 
 
+def warmth_row(assessment: FrameAssessment) -> Row:
+    """The columns of a thermal camera."""
+    warmth = assessment.warmth
+    return {n: None if warmth is None else getattr(warmth, f) for n, f in _WARMTH.items()}
+
+
 def assessment_document(work: Assignment, assessment: FrameAssessment) -> dict[str, object]:
     """The assessment of the first epoch as ``simgl assess --json`` prints it."""
     names = {"scenario": work.scenario.name, "camera": work.camera, "target": work.target}
-    return {**names, **row_of(0, work.epochs[0], assessment, work.limits)}
+    warmth = warmth_row(assessment) if work.is_thermal else {}
+    return {**names, **row_of(0, work.epochs[0], assessment, work.limits), **warmth}
 
 
 def run_document(work: Assignment, rows: Sequence[Row], report: Path) -> dict[str, object]:

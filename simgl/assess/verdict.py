@@ -78,8 +78,6 @@ def assessment_text(assessment: FrameAssessment, limits: UsabilityCriteria) -> s
     a = assessment
     kind, reasons = verdict(a, limits)
     contrast = "no background" if a.contrast is None else f"{a.contrast:.2f}"
-    factor = a.better_exposure
-    exposure = "no light" if factor is None else f"{factor:.3g} times this one"
     shares = " ".join(f"{100 * share:.1f} %" for share in (a.saturated, a.dark, a.usable))
     lines = {
         "verdict": ": ".join([kind.value, *(["; ".join(reasons)] if reasons else [])]),
@@ -91,8 +89,30 @@ def assessment_text(assessment: FrameAssessment, limits: UsabilityCriteria) -> s
         "target's pixels": f"{a.target_pixels}{', cut off' if a.cut_off else ''}",
         "saturated dark usable": shares,
         "median signal/noise": f"{a.median_snr:.1f}",
-        "exitance": f"{a.exitance:.0f} W/m2 (pi x radiance, 400-1000 nm)",
-        "relative flux": f"{a.relative_flux:.0f} W/m2 (source study's definition)",
-        "better exposure": exposure,
+        **_light_lines(a),
+        **_warmth_lines(a),
     }
     return "\n".join(f"{name:<21} {text}" for name, text in lines.items())
+
+
+def _light_lines(a: FrameAssessment) -> dict[str, str]:
+    """Of visible light."""
+    if a.exitance is None or a.relative_flux is None:
+        return {}
+    factor = a.better_exposure
+    return {
+        "exitance": f"{a.exitance:.0f} W/m2 (pi x radiance, 400-1000 nm)",
+        "relative flux": f"{a.relative_flux:.0f} W/m2 (source study's definition)",
+        "better exposure": "no light" if factor is None else f"{factor:.3g} times this one",
+    }
+
+
+def _warmth_lines(a: FrameAssessment) -> dict[str, str]:
+    """Of a thermal camera."""
+    if (seen := a.warmth) is None:
+        return {}
+    around = "nothing beside it" if seen.background is None else f"{seen.background:.1f} K beside"
+    return {
+        "temperatures": f"{seen.lowest:.1f} to {seen.highest:.1f} K, mean {seen.mean:.1f} K",
+        "brightness": f"{seen.brightness:.1f} K, {around}; NETD {1e3 * seen.netd:.0f} mK",
+    }

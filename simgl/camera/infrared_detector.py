@@ -96,6 +96,11 @@ class InfraredDetector:
         return 1e-3 * (t.integration_time_ms if t.kind == "photon" else t.time_constant_ms)
 
     @property
+    def reads_at_epoch(self) -> bool:
+        """Whether the epoch of an image is when it is read, not the middle of its exposure."""
+        return self.table.kind == "bolometer"
+
+    @property
     def collected(self) -> float:
         """Irradiance of the image plane over the scene's radiance [sr]: pi t / (4 N^2 + 1)."""
         t = self.table

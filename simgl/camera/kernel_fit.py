@@ -29,10 +29,13 @@ _STILLNESS = 3e-3
 _BEYOND = 0.5
 # Of the light, which the fit keeps.
 _CONSERVED = 1e3
+# Up to where the contrast tells how good a fit is [cycles per pixel]: just beyond the Nyquist
+# frequency, where that of the image turns back from the lens's unless the ramp fits.
+_JUDGED = 0.55
 
 
-def fitted(core: Array, transfer: Callable[[Array], Array], ramp: float) -> tuple[Array, float]:
-    """A core behind which images have the contrast of a lens, and the rms of what is left [1].
+def fitted(core: Array, transfer: Callable[[Array], Array], ramp: float) -> Array:
+    """A core behind which images have the contrast of a lens.
 
     core : (2 reach + 1, 2 reach + 1) even and symmetric between rows and columns, non-negative
     transfer : of the lens, at frequencies [cycles per pixel]
@@ -71,4 +74,19 @@ def fitted(core: Array, transfer: Callable[[Array], Array], ramp: float) -> tupl
     quarter[row, column] = quarter[column, row] = values
     half = np.concatenate([quarter[:0:-1], quarter])
     far[middle, middle] = np.concatenate([half[:, :0:-1], half], axis=1)
-    return far, float(np.sqrt(np.mean((weight * (contrast @ values - wanted)) ** 2)))
+    return far
+
+
+def contrast_error(core: Array, transfer: Callable[[Array], Array], ramp: float) -> float:
+    """How far the contrast of images is from that of a lens, rms up to ``_JUDGED`` [1].
+
+    core, transfer, ramp : as ``fitted`` takes them; the light that the core lacks has no contrast
+    """
+    reach = core.shape[0] // 2
+    nodes = np.linspace(0.0, _JUDGED, _NODES)
+    cosines = np.cos(2.0 * np.pi * np.multiply.outer(nodes, np.arange(-reach, reach + 1)))
+    pixel, softened = np.sinc(nodes), np.sinc(nodes) * np.sinc(ramp * nodes)
+    frequency = np.hypot(nodes[:, None], nodes)
+    image = np.multiply.outer(softened, softened) * (cosines @ core @ cosines.T)
+    off = image - np.multiply.outer(pixel, pixel) * transfer(frequency)
+    return float(np.sqrt(np.mean(off[(frequency > 0.0) & (frequency <= _JUDGED)] ** 2)))

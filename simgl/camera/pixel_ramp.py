@@ -6,52 +6,67 @@ from functools import partial
 
 import numpy as np
 
+from simgl.arrays import Array
 from simgl.camera.camera import Camera
-from simgl.camera.kernel_fit import fitted
+from simgl.camera.kernel_fit import contrast_error, fitted
 from simgl.camera.psf_kernel import lens_kernel, lens_reach, lens_transfer
 from simgl.lru_cache import MANY, LruCache
-from simgl.physics.constants import SOLAR_CONSTANT, SOLAR_TEMPERATURE
-from simgl.physics.spectrum import black_body_light
+
+# Width of the ramps between pixels in each band [px].
+Ramps = tuple[float, float, float, float]
+SHARP: Ramps = (0.0, 0.0, 0.0, 0.0)
 
 # Widths that are tried [px]; with the widest, a pixel sees no farther than its neighbours.
-_RAMPS = np.arange(0.0, 1.51, 0.125)
-# Of the contrast, rms: where kernels without a ramp leave no more, there is none.
-_EXACT = 1e-3
+_WIDTHS = np.arange(0.0, 2.01, 0.125)
+# Of the contrast, rms: where kernels without ramps leave no more, there are none.
+_EXACT = 4e-3
 
-_ramps = LruCache[object, float](MANY)
+_ramps = LruCache[object, Ramps](MANY)
 
 
-def pixel_ramp(camera: Camera) -> float:
+def pixel_ramps(camera: Camera) -> Ramps:
     """Width of the ramps between pixels, with which kernels come closest to the lens [px].
 
-    0 for a lens without point spread, for a measured one, and where all its light is spread so
-    widely that kernels need no ramp.
+    ``SHARP`` for a lens without point spread, for a measured one, and where all its light is spread
+    so widely that kernels need no ramps.
     """
     spread = camera.lens.spread
     if spread is None or spread.image is not None:
-        return 0.0
+        return SHARP
     if not spread.diffraction and all(zone.blur.aberration == 0.0 for zone in spread.zones):
-        return 0.0
+        return SHARP
     key = (camera.lens, camera.detector.pixel_pitch, camera.detector.bands)
     return _ramps.get(key, lambda: _closest(camera))
 
 
-def _closest(camera: Camera) -> float:
+def _closest(camera: Camera) -> Ramps:
     spread = camera.lens.spread
     assert spread is not None
-    # The visible bands by their sunlight, or one for all: near infrared, which diffraction spreads
-    # most, would do with any. Of other bands the first three.
-    seen = camera.detector.bands
-    light = black_body_light(SOLAR_CONSTANT, SOLAR_TEMPERATURE, seen).irradiance
-    bands = range(min(len(seen.edges), 3)) if spread.diffraction else range(1)
-    misses = np.zeros(len(_RAMPS))
-    for zone in spread.zones:
-        reach = lens_reach(camera, zone.blur)
-        for band in bands:
-            core = lens_kernel(camera, zone.blur, band, reach).core
-            transfer = partial(lens_transfer, camera, zone.blur, band)
-            for index, ramp in enumerate(_RAMPS.tolist()):
-                _, miss = fitted(core, transfer, ramp)
-                misses[index] += light[band] * miss**2
-    misses = np.sqrt(misses / (len(spread.zones) * light[list(bands)].sum()))
-    return 0.0 if misses[0] < _EXACT else float(_RAMPS[np.argmin(misses)])
+    # Without diffraction all bands are spread alike.
+    errors = [_errors(camera, band) for band in range(4 if spread.diffraction else 1)]
+    if all(of_band[0] < _EXACT for of_band in errors):
+        return SHARP
+    if len(errors) == 1:
+        width = float(_WIDTHS[1 + np.argmin(errors[0][1:])])
+        return width, width, width, width
+    # Not narrower for longer wavelengths: where diffraction leaves any width right, kernels that
+    # are mixed from those of two bands need ramps alike.
+    widths, narrowest = [0.0] * 4, 1
+    for band in np.argsort(camera.detector.bands.channel_edges.mean(axis=1)).tolist():
+        narrowest += int(np.argmin(errors[band][narrowest:]))
+        widths[band] = float(_WIDTHS[narrowest])
+    red, green, blue, infrared = widths
+    return red, green, blue, infrared
+
+
+def _errors(camera: Camera, band: int) -> Array:
+    """Error of the contrast with a ramp of each width, rms over the zones."""
+    spread = camera.lens.spread
+    assert spread is not None
+    squares = np.zeros((len(spread.zones), len(_WIDTHS)))
+    for row, zone in zip(squares, spread.zones, strict=True):
+        core = lens_kernel(camera, zone.blur, band, lens_reach(camera, zone.blur)).core
+        transfer = partial(lens_transfer, camera, zone.blur, band)
+        for index, ramp in enumerate(_WIDTHS.tolist()):
+            row[index] = contrast_error(fitted(core, transfer, ramp), transfer, ramp) ** 2
+    return np.asarray(np.sqrt(squares.mean(axis=0)))

@@ -26,7 +26,7 @@ from simgl.camera.convolution import (
     lit_window,
 )
 from simgl.camera.ghosts import GhostDisc, add_discs, ghosts
-from simgl.camera.pixel_ramp import pixel_ramp
+from simgl.camera.pixel_ramp import pixel_ramps
 from simgl.camera.psf_kernel import PsfKernel, image_kernel, lens_kernel, lens_reach
 from simgl.physics.constants import SOLAR_CONSTANT, SOLAR_TEMPERATURE
 from simgl.physics.spectrum import black_body_light
@@ -105,7 +105,7 @@ class SpreadLight:
 
 
 class Spread:
-    """Point spread, veiling glare and ghosts of one lens, on pixels softened by ``pixel_ramp``.
+    """Point spread, veiling glare and ghosts of one lens, on pixels softened by ``pixel_ramps``.
 
     weights : (results, 4) of the bands; by default the bands themselves
     executor : processes planes in parallel; None for one after the other
@@ -263,11 +263,11 @@ def _zone_kernels(camera: Camera) -> list[list[PsfKernel]]:
     assert spread is not None
     if spread.image is not None:
         return [[image_kernel(np.array(spread.image), spread.image_scale)] * 4]
-    reach, ramp = max(lens_reach(camera, zone.blur) for zone in spread.zones), pixel_ramp(camera)
+    reach, ramps = max(lens_reach(camera, zone.blur) for zone in spread.zones), pixel_ramps(camera)
     if not spread.diffraction:
-        return [[lens_kernel(camera, zone.blur, 0, reach, ramp)] * 4 for zone in spread.zones]
+        return [[lens_kernel(camera, zone.blur, 0, reach, ramps[0])] * 4 for zone in spread.zones]
     return [
-        [lens_kernel(camera, zone.blur, band, reach, ramp) for band in range(4)]
+        [lens_kernel(camera, zone.blur, band, reach, ramp) for band, ramp in enumerate(ramps)]
         for zone in spread.zones
     ]
 

@@ -119,7 +119,7 @@ def lens_kernel(camera: Camera, blur: Blur, band: int, reach: int, ramp: float =
     core = core + core[::-1, ::-1]
     core *= (1.0 - tail_energy(tail, reach)) / core.sum()
     if ramp > 0.0:
-        core, _ = fitted(core, lambda f: lens_transfer(camera, blur, band, f), ramp)
+        core = fitted(core, lambda f: lens_transfer(camera, blur, band, f), ramp)
     return PsfKernel(core, tail)
 
 

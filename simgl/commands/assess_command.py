@@ -81,15 +81,14 @@ def _one_epoch(
 ) -> None:
     """Assess one image and print the assessment."""
     from simgl.assess.target_light import assess_frame
-    from simgl.assess.trajectory_assessment import PRODUCTS, assessment_document, assignment
+    from simgl.assess.trajectory_assessment import assessment_document, assignment
     from simgl.assess.verdict import assessment_text
     from simgl.sequence.epochs import epoch_at
 
     epoch = epoch_at(scenario, at)
     work = assignment(scenario, camera, target, [epoch])
-    state = scenario.at(epoch)
     with opened(scenario) as simulator, activity(f"drawing {work.camera}"):
-        capture = simulator.capture(state, work.camera, PRODUCTS)
+        state, capture = work.capture(simulator, epoch)
     assessment = assess_frame(capture, state, work.target, work.limits)
     if json:
         say_json(assessment_document(work, assessment))
@@ -125,6 +124,9 @@ def _trajectory(
     from simgl.workers.executors import select_executor
 
     work = assignment(scenario, camera, target, [])
+    if work.is_thermal and scenario.uncertainty is not None:
+        problem = f'goes with visible light; camera "{work.camera}" sees thermal radiation'
+        raise ConfigError(str(scenario.source or scenario.name), "uncertainty", problem)
     work = replace(work, epochs=chosen_epochs(scenario, epochs, work.camera))
     report = out / "report.html"
     resumable(out, len(work.epochs), "epochs")
@@ -171,6 +173,9 @@ def _sweep(
     from simgl.workers.executors import select_executor
 
     work = assignment(scenario, camera, target, [epoch_at(scenario, at)])
+    if work.is_thermal:
+        problem = f'goes with visible light; camera "{work.camera}" sees thermal radiation'
+        raise ConfigError(COMMAND_LINE, "--sweep", problem)
     sweep = Sweep(work, parse_axes(axes))
     resumable(out, len(sweep.sun_directions) * len(sweep.settings), "points")
     with opened(scenario) as simulator, activity("drawing frames") as progress:

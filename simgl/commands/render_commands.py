@@ -82,7 +82,6 @@ def render(
     if maps:
         products |= {Product.IRRADIANCE, Product.ELECTRONS, Product.LIDAR}
     check_writable(out)
-    state = loaded.at(epoch)
     written: list[str] = []
     set_result_so_far(
         lambda: (
@@ -93,15 +92,8 @@ def render(
     with opened(loaded) as simulator:
         for name in names:
             with activity(f"drawing {name}"):
-                seen = loaded.cameras[name]
-                capture = simulator.capture(
-                    state,
-                    name,
-                    products & products_of(seen),
-                    during=loaded.around(epoch),
-                    draw=draw,
-                    temperatures=None if seen.thermal is None else simulator.temperatures.at(epoch),
-                )
+                wanted = products & products_of(loaded.cameras[name])
+                capture = simulator.capture_at(epoch, name, wanted, draw)
                 paths = write_capture(capture, out, name, packed=packed)
                 if maps:
                     from simgl.maps import write_maps

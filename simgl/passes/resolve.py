@@ -8,15 +8,20 @@ from dataclasses import dataclass
 import moderngl
 import numpy as np
 
+from simgl.arrays import Array
 from simgl.camera.pinhole_fields import PinholeField
+from simgl.camera.pixel_ramp import SHARP, Ramps
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.pipeline_state import ONE_MINUS_SRC1_COLOR, State
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
 from simgl.passes.shading_points import CELL_GROUPS, ShadingPoints
 from simgl.passes.shared_blocks import TILE, tile_values
+from simgl.sample_grid import MAX_SAMPLES, rotated_sample_grid
 from simgl.view.raster_tiles import RasterTile
 
+# Along the edge of a pixel.
+_MAX_CELLS = rotated_sample_grid(MAX_SAMPLES).cells_per_edge
 _RESOLVE = Block(
     "Resolve",
     5,
@@ -31,14 +36,18 @@ _RESOLVE = Block(
             ("window_origin", "f4", 2),
             ("cells_per_pixel", "i4"),
             ("window_samples", "f4"),
-            # Width of the ramps between pixels [px].
-            ("ramp", "f4"),
+            # Width of the widest ramp between pixels [px].
+            ("widest_ramp", "f4"),
             # 1 where each sample near an edge has its own share in a softened pixel; 0 where a cell
             # has.
             ("by_samples", "i4"),
             # x0, y0, x1, y1 of the image's pixels that are averaged from this tile; of a softened
             # one, whose samples are known.
             ("core", "f4", 4),
+            # Width of the ramps in each band [px].
+            ("ramps", "f4", 4),
+            # Along an axis, the share in a pixel of each of its cells and of both neighbours'.
+            ("cell_shares", "f4", (3 * _MAX_CELLS, 4)),
         ]
     ),
 )
@@ -80,14 +89,14 @@ class ResolvePass:
         radiance: moderngl.Texture,
         target: moderngl.Framebuffer,
         lens: DistortedView | None = None,
-        ramp: float = 0.0,
+        ramps: Ramps = SHARP,
     ) -> None:
         """Lay the tile over the radiance that the target already holds.
 
         points, radiance : its shading points, and their radiance
-        ramp : width of the ramps from each pixel to its neighbours [px], at most 2; 0 for none
+        ramps : widths in each band of those from each pixel to its neighbours [px], at most 2
         """
-        self._draw(self.state, tile, points, radiance, target, lens, ramp)
+        self._draw(self.state, tile, points, radiance, target, lens, ramps)
 
     def hide(
         self,
@@ -108,7 +117,7 @@ class ResolvePass:
         radiance: moderngl.Texture,
         target: moderngl.Framebuffer,
         lens: DistortedView | None,
-        ramp: float = 0.0,
+        ramps: Ramps = SHARP,
     ) -> None:
         box = tile.x, tile.y, tile.width, tile.height
         groups = dict(zip(CELL_GROUPS, points.groups, strict=True))
@@ -117,24 +126,25 @@ class ResolvePass:
             groups = {"cell_groups": groups["cell_groups"]}
         textures = groups | {"block_pages": points.block_pages, "points": radiance}
         defines = [] if tile.window is None else ["WINDOW"]
-        if ramp > 0.0:
+        soft = ramps != SHARP
+        if soft:
             box = _with_neighbours(box)
             defines.append("SOFT")
         core = tile.core
         if lens is None:
             core = _within(core, (0, 0, *target.size))
-            if ramp > 0.0:
+            if soft:
                 x0, y0, x1, y1 = (int(edge) for edge in _within(core, _corners(box)))
                 box = x0, y0, x1 - x0, y1 - y0
         else:
-            box = _distorted_box(tile, lens.field, 1 if ramp > 0.0 else 0)
+            box = _distorted_box(tile, lens.field, 1 if soft else 0)
             textures["places"] = lens.places
             defines.append("DISTORTED")
         state.apply(self._ctx, target, (0, 0, *target.size), box)
         self._tile.write(tile_values(tile, tile.slices[0]))
         self._tile.bind()
         self._program_for(tuple(defines), list(textures)).draw(
-            _values(tile, ramp, by_cells=lens is None and tile.window is None) | {"core": core},
+            _values(tile, ramps, by_cells=lens is None and tile.window is None) | {"core": core},
             list(textures.values()),
         )
 
@@ -183,7 +193,19 @@ def _distorted_box(tile: RasterTile, field: PinholeField, wider: int) -> tuple[i
     return x, y, int(columns[-1]) + 1 - x, int(rows[-1]) + 1 - y
 
 
-def _values(tile: RasterTile, ramp: float, *, by_cells: bool) -> dict[str, object]:
+def _cell_shares(ramps: Array, cells: int) -> Array:
+    """(3 ``_MAX_CELLS``, 4) integral over each cell of a pixel's square softened by ramps.
+
+    ramps : (4,) [px]; cells : along the edge of a pixel, whose first is in the middle third
+    """
+    edges = (np.arange(3 * _MAX_CELLS + 1) - _MAX_CELLS)[:, None] / cells - 0.5
+    outer, inner = 0.5 * (1.0 + ramps), 0.5 * (1.0 - ramps)
+    rise = [np.maximum(edges + at, 0.0) ** 2 for at in (outer, inner, -inner, -outer)]
+    below = (rise[0] - rise[1] - rise[2] + rise[3]) / (2.0 * ramps)
+    return np.diff(below, axis=0)
+
+
+def _values(tile: RasterTile, ramps: Ramps, *, by_cells: bool) -> dict[str, object]:
     turn, window = tile.sample_grid.turn, tile.window
     back, origin, samples = np.linalg.inv(turn), np.zeros(2), 0.0
     if window is not None:
@@ -192,10 +214,12 @@ def _values(tile: RasterTile, ramp: float, *, by_cells: bool) -> dict[str, objec
         samples = window.samples_per_pixel
     cells = tile.sample_grid.cells_per_edge
     by_samples = cells <= _FEW_CELLS
+    widths = np.array(ramps)
     if by_cells and not by_samples:
         # Light and shares are means over a cell then, which widens a pixel by two squares of its
         # width: these are part of the ramp, whose variance goes with its square.
-        ramp = float(np.sqrt(max(ramp**2 - 2.0 / cells**2, _NARROWEST**2)))
+        widths = np.sqrt(np.maximum(widths**2 - 2.0 / cells**2, _NARROWEST**2))
+    widths = np.maximum(widths, _NARROWEST)
     return {
         "raster_from_pixel": turn.T.ravel(),
         "pixel_from_raster": back.T.ravel(),
@@ -203,6 +227,8 @@ def _values(tile: RasterTile, ramp: float, *, by_cells: bool) -> dict[str, objec
         "window_origin": origin,
         "cells_per_pixel": tile.sample_grid.cells_per_edge,
         "window_samples": samples,
-        "ramp": ramp,
+        "widest_ramp": float(widths.max()),
         "by_samples": int(by_samples),
+        "ramps": widths,
+        "cell_shares": _cell_shares(widths, cells),
     }

@@ -12,6 +12,7 @@ from simgl.gpu.release import all_or_nothing, release_all
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
 from simgl.lru_cache import MANY, LruCache
 from simgl.passes.caster_bounds import CasterBounds
+from simgl.passes.caster_planes import CasterPlanes
 from simgl.passes.mesh_store import MeshStore
 from simgl.passes.outline_program import OutlineProgram
 from simgl.view.shadow_views import CELL, REACHES, ShadowMap, ShadowView
@@ -58,6 +59,7 @@ class ShadowPass:
             ctx, meshes, "shadow/shadow", [_CASTER], {"before": 0}, {"BEHIND": 1}
         )
         self._bounds = CasterBounds(ctx)
+        self._planes = CasterPlanes(ctx)
         self._caster = UniformBuffer(ctx, _CASTER)
         self._unused: list[_ShadowAtlas] = []
         self._atlases = LruCache[bytes, _ShadowAtlas](
@@ -65,11 +67,13 @@ class ShadowPass:
         )
 
     def cast(self, views: Sequence[ShadowView]) -> list[tuple[moderngl.Texture, ...]]:
-        """Depths, behind and tops of each view's maps, the close one right of the wide one.
+        """Depths, behind, tops and planes of each view's maps, the close one right of the wide one.
 
         depths : nearest surface that faces the Sun, 0..1, and below it nearest that faces away
         behind : nearest that faces the Sun behind the one that faces away
         tops : bounds on the nearest depth around each place, see ``shadow/tops.frag``
+        planes : over the casters around each place, see ``shadow/planes.frag``; undefined without
+            a close map
 
         Only the depths are drawn, the others by ``complete``: a renderer on the CPU waits where a
         draw reads a texture that is still being drawn. Until then it works on these, and the caller
@@ -164,6 +168,14 @@ class ShadowPass:
             column += one.size
             columns += one.bounds_width
 
+    def _draw_planes(self, maps: Sequence[ShadowMap], atlas: _ShadowAtlas) -> None:
+        if len(maps) == 1:
+            return
+        column = 0
+        for one in maps:
+            self._planes.draw(atlas.textures[0], column, one.size, atlas.planes)
+            column += one.size
+
     def _clear(self, target: moderngl.Framebuffer) -> None:
         self.open_sheets.apply(self._ctx, target, (0, 0, *target.size))
         target.clear(depth=1.0)
@@ -190,7 +202,7 @@ class ShadowPass:
     def release(self) -> None:
         """Free everything."""
         self._atlases.clear()
-        shaders = self._caster, self._bounds, self._program, self._behind
+        shaders = self._caster, self._bounds, self._planes, self._program, self._behind
         release_all(self._ctx, *self._unused, *shaders)
         self._unused.clear()
 
@@ -201,6 +213,7 @@ _PARTS = (
     ShadowPass._draw_from_sun,
     ShadowPass._draw_behind,
     ShadowPass._draw_bounds,
+    ShadowPass._draw_planes,
 )
 
 
@@ -223,13 +236,15 @@ class _ShadowAtlas:
         columns = sum(one.bounds_width for one in maps)
         tops = ctx.texture((columns, max(sizes) // CELL), 2, dtype="f4")
         self.tops = ctx.framebuffer([tops])
-        self.textures = (depths, behind, tops)
+        planes = ctx.texture((sum(sizes) // CELL, max(sizes) // CELL), 4, dtype="f4")
+        self.planes = ctx.framebuffer([planes])
+        self.textures = (depths, behind, tops, planes)
         for texture in self.textures:
             texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
 
     def release(self) -> None:
         """Free everything."""
-        for framebuffer in (self.depths, self.behind, self.tops):
+        for framebuffer in (self.depths, self.behind, self.tops, self.planes):
             framebuffer.release()
         for texture in self.textures:
             texture.release()
@@ -239,4 +254,5 @@ def _atlas_bytes(maps: Sequence[ShadowMap]) -> int:
     """Of the textures of an atlas."""
     sizes = [one.size for one in maps]
     tops = sum(one.bounds_width for one in maps) * max(sizes) // CELL
-    return 4 * sum(sizes) * 3 * max(sizes) + 8 * tops
+    planes = (sum(sizes) // CELL) * (max(sizes) // CELL)
+    return 4 * sum(sizes) * 3 * max(sizes) + 8 * tops + 16 * planes

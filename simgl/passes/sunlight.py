@@ -37,15 +37,16 @@ from simgl.view.spacecraft_view import SpacecraftView
 
 _GBUFFER_UNITS = gbuffer_units("position", "normal_roughness", "face_normal")
 # In the order of the shadow pass's textures. Sunlight is drawn before what reads the sky.
-_SHADOW_UNITS = {"sun_depths": 12, "sun_behind": 13, "sun_tops": 14}
-_POINTS_UNIT, _SUNLIGHT_UNIT = 22, 11
+_SHADOW_UNITS = {"sun_depths": 12, "sun_behind": 13, "sun_tops": 14, "sun_planes": 15}
+_POINTS_UNIT, _FIRST = 22, {"sunlight": 11}
 
 
 class SunlightPass:
     """Looks up what bounds on the casters tell, and searches through the Sun's disc for the rest.
 
     The points to search are few, and scattered: they are searched one beside the other, for a
-    renderer spends on a point alone what it spends on a whole block.
+    renderer spends on a point alone what it spends on a whole block. So are those near casters,
+    where the texels of the map are so small that few points are.
     """
 
     # Keeps the depth buffer as it is.
@@ -54,14 +55,21 @@ class SunlightPass:
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        known = _GBUFFER_UNITS | POINT_GROUPS | _SHADOW_UNITS
-        searched = known | PAGE_ENTRIES | {"searched_points": _POINTS_UNIT}
-        del known["sun_behind"]
-        self._samplers = known, searched
-        # By how a spacecraft moves, and by whether open sheets shade it.
-        self._screens: dict[tuple[str, ...], tuple[Screen, Screen]] = {}
-        self._screens_for(())
-        self._unknown = Screen(ctx, "surface/unknown", 0.0, [], {"sunlight": _SUNLIGHT_UNIT})
+        depths, behind, tops, planes = ({name: unit} for name, unit in _SHADOW_UNITS.items())
+        near = _GBUFFER_UNITS | POINT_GROUPS | depths
+        listed = near | _FIRST | {"searched_points": _POINTS_UNIT}
+        # By the way in which it is drawn.
+        self._samplers = {
+            (): near | tops,
+            ("PLANES",): _GBUFFER_UNITS | tops | planes,
+            ("SEARCH",): listed | behind | PAGE_ENTRIES,
+            ("NEIGHBOURS",): listed,
+        }
+        # By that, by how a spacecraft moves, and by whether open sheets shade it.
+        self._screens: dict[tuple[str, ...], Screen] = {}
+        for way in (), ("SEARCH",):
+            self._screen_for(way, ())
+        self._unknown = Screen(ctx, "surface/unknown", 0.0, [], _FIRST)
         self._tile = UniformBuffer(ctx, TILE)
         self._spacecraft = UniformBuffer(ctx, SPACECRAFT)
         self._shadow = UniformBuffer(ctx, SHADOW)
@@ -69,19 +77,21 @@ class SunlightPass:
         self._results = GrowingTarget(ctx, [[0]])
         self._masks = GrowingTarget(ctx, [[0]], Format("u1"))
         self._points = GrowingTarget(ctx, [[0]], Format("u4"))
-        self._pages = GrowingTarget(ctx, [[0]], Format("u4"))
+        self._pages = GrowingTarget(ctx, [[0]], Format("u4", 2))
 
-    def _screens_for(self, variant: tuple[str, ...]) -> tuple[Screen, Screen]:
-        """For all points, and for those that are searched."""
-        if variant not in self._screens:
-            name, blocks = "surface/sunlight", [TILE, SPACECRAFT, SHADOW]
-            defines = dict.fromkeys(variant, 1)
-            known, searched = self._samplers
-            self._screens[variant] = (
-                point_shader(self._ctx, name, OTHERS, blocks, known, defines),
-                point_shader(self._ctx, name, OTHERS, blocks, searched, {"SEARCH": 1, **defines}),
+    def _screen_for(self, way: tuple[str, ...], variant: tuple[str, ...]) -> Screen:
+        defines = *way, *variant
+        if defines not in self._screens:
+            blocks = [TILE, SPACECRAFT, SHADOW]
+            self._screens[defines] = point_shader(
+                self._ctx,
+                "surface/sunlight",
+                OTHERS,
+                blocks,
+                self._samplers[way],
+                dict.fromkeys(defines, 1),
             )
-        return self._screens[variant]
+        return self._screens[defines]
 
     def draw(
         self, tile: RasterTile, points: ShadingPoints, drawn: DrawnSpacecraft
@@ -89,8 +99,8 @@ class SunlightPass:
         """Shares of the sunlight per band, valid until the next draw.
 
         points : those of this spacecraft have been looked up last
-        returns : of every point, negative where it was searched; of those that were, and where
-            they are (``listed_points``)
+        returns : of every point, negative where it was looked for afterwards; of those where it
+            was, and where they are (``listed_points``)
         """
         area = (0, 0, *points.size)
         (sunlight,) = self._sunlight.covering(points.size, points.depth)
@@ -99,10 +109,12 @@ class SunlightPass:
         sunlight.clear(viewport=area)
         if drawn.view.sun_irradiance.any():
             self._bind(tile, points, drawn)
-            known, searched = self._screens_for(_variant(drawn.view))
-            draw_marked(self._ctx, sunlight, points, known)
-            shares.use(_SUNLIGHT_UNIT)
-            self._search(points, searched)
+            variant = _variant(drawn.view)
+            # In a close map texels are small against what stands on a spacecraft: most are free.
+            way = ("PLANES",) if drawn.view.shadow.close is not None else ()
+            draw_marked(self._ctx, sunlight, points, self._screen_for(way, variant))
+            shares.use(_FIRST["sunlight"])
+            self._look_for_the_rest(points, variant)
         (results,), (pages,) = self._results.covering((1, 1)), self._pages.covering((1, 1))
         return shares, *textures_of(results), *textures_of(pages)
 
@@ -118,20 +130,27 @@ class SunlightPass:
         for unit, texture in zip(_SHADOW_UNITS.values(), drawn.shadow_maps, strict=True):
             texture.use(unit)
 
-    def _search(self, points: ShadingPoints, searched: Screen) -> None:
+    def _look_for_the_rest(self, points: ShadingPoints, variant: tuple[str, ...]) -> None:
+        """Draw the points that are still unknown: those to search, and below them the others."""
         masks = self._unknown_points(points)
         if not masks.any():
             return
-        to_search, pages = listed_points(masks)
-        self._points.written(to_search).use(_POINTS_UNIT)
-        area = (0, 0, COLUMNS, len(to_search))
-        (results,) = self._results.covering(area[2:])
-        self.colour_only.apply(self._ctx, results, area, area)
-        searched.draw()
-        self._pages.written(pages)
+        lists = [listed_points(masks & 15), listed_points(masks >> 4)]
+        rows = [len(listed) for listed, _ in lists]
+        self._points.written(np.concatenate([listed for listed, _ in lists])).use(_POINTS_UNIT)
+        (results,) = self._results.covering((COLUMNS, sum(rows)))
+        for way, first, count in zip(("SEARCH", "NEIGHBOURS"), (0, rows[0]), rows, strict=True):
+            if count:
+                area = (0, first, COLUMNS, count)
+                self.colour_only.apply(self._ctx, results, area, area)
+                self._screen_for((way,), variant).draw()
+        searched, near = (pages for _, pages in lists)
+        near[near != 0] += np.uint32(rows[0] * COLUMNS << 4)
+        self._pages.written(np.stack([searched, near], axis=-1))
 
     def _unknown_points(self, points: ShadingPoints) -> AnyArray:
-        """(rows of squares, ENTRIES) uint8, as ``listed_points`` takes them."""
+        """(rows of squares, ENTRIES) uint8: of each page the points to search, and from bit 4 on
+        those near casters, as ``listed_points`` takes them."""
         area = (0, 0, ENTRIES, len(points.entries))
         (masks,) = self._masks.covering(area[2:])
         self.colour_only.apply(self._ctx, masks, area, area)
@@ -145,7 +164,7 @@ class SunlightPass:
             target.release()
         for buffer in (self._tile, self._spacecraft, self._shadow):
             buffer.release()
-        for screen in (self._unknown, *sum(self._screens.values(), ())):
+        for screen in (self._unknown, *self._screens.values()):
             screen.release()
 
 

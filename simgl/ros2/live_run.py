@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
 from threading import Event
@@ -80,8 +80,10 @@ class LiveRun:
             due = start + 1e-9 * (tai_ns - epochs[0])
             if stop.wait(max(0.0, due - time.monotonic())):
                 break
-            during = self.scenario.around(tai_ns)
-            captures = self._captures(self.scenario.at(tai_ns), during)
+            captures = [
+                self.simulator.capture_at(tai_ns, camera, self._products)
+                for camera in self._heard()
+            ]
             self.node.publish(clock_message(tai_ns))
             self.node.publish(frame_message(tai_ns, self.scenario.poses(tai_ns), captures))
             self._publish(captures)
@@ -108,7 +110,10 @@ class LiveRun:
             try:
                 if (state := self._state(message)) is None:
                     continue
-                captures = self._captures(state, None)
+                captures = [
+                    self.simulator.capture(state, camera, self._products)
+                    for camera in self._heard()
+                ]
             except (SimglError, ValueError) as error:
                 _LOG.warning("/tf: %s", error)
                 continue
@@ -141,14 +146,15 @@ class LiveRun:
         }
         return self.scenario.with_poses(tai_ns, placed)
 
-    def _captures(self, state: SceneState, during: Any) -> list[Capture]:
-        """Of the cameras that somebody listens to."""
-        products = {Product.DN, Product.TRUTH} if self.depth else {Product.DN}
-        return [
-            self.simulator.capture(state, camera, products, during=during)
-            for camera in self.cameras
-            if any(map(self.node.is_heard, camera_topics(camera, depth=self.depth)))
-        ]
+    @property
+    def _products(self) -> set[Product]:
+        return {Product.DN, Product.TRUTH} if self.depth else {Product.DN}
+
+    def _heard(self) -> Iterator[str]:
+        """The cameras that somebody listens to."""
+        for camera in self.cameras:
+            if any(map(self.node.is_heard, camera_topics(camera, depth=self.depth))):
+                yield camera
 
     def _publish(self, captures: Sequence[Capture]) -> None:
         for capture in captures:

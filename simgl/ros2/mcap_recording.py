@@ -76,10 +76,8 @@ def record(
 
 
 def _capture(recording: Recording, simulator: Simulator, tai_ns: int, camera: str) -> Capture:
-    scenario = recording.scenario
     products = {Product.DN, Product.TRUTH} if recording.depth else {Product.DN}
-    during = scenario.around(tai_ns)
-    return simulator.capture(scenario.at(tai_ns), camera, products, during=during)
+    return simulator.capture_at(tai_ns, camera, products)
 
 
 class _Topics:

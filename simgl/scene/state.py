@@ -224,6 +224,15 @@ class SceneState:
         """Of all light and reflectances."""
         return self.sun.bands
 
+    @property
+    def part_names(self) -> dict[int, str]:
+        """Part ids of an image to "spacecraft/part"."""
+        return {
+            (instance + 1) * 65536 + part + 1: f"{name}/{part_name}"
+            for instance, (name, body) in enumerate(self.bodies.items())
+            for part, part_name in enumerate(body.model.parts)
+        }
+
     def _repr_html_(self) -> str:
         first = next(iter(self.bodies), None)
         bodies = [

@@ -170,15 +170,9 @@ def run(plan: Plan, simulator: Simulator, folder: Path, progress: ProgressCallba
 
 
 def _capture(plan: Plan, simulator: Simulator, tai_ns: int, camera: str) -> Capture:
-    seen = plan.scenario.cameras[camera]
     wanted = {Product.DN}.union(*(_PRODUCTS[output] for output in plan.outputs))
-    return simulator.capture(
-        plan.scenario.at(tai_ns),
-        camera,
-        wanted & products_of(seen),
-        during=plan.scenario.around(tai_ns),
-        temperatures=None if seen.thermal is None else simulator.temperatures.at(tai_ns),
-    )
+    wanted &= products_of(plan.scenario.cameras[camera])
+    return simulator.capture_at(tai_ns, camera, wanted)
 
 
 def _write(plan: Plan, capture: Capture, folder: Path, frame: int) -> None:

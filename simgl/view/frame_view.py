@@ -15,6 +15,7 @@ import numpy as np
 from simgl.camera.camera import Camera
 from simgl.camera.distortion import warped_disc_share, warped_point_share
 from simgl.camera.pinhole_fields import FINER, PinholeField, pinhole_fields
+from simgl.camera.pixel_ramp import SHARP, Ramps
 from simgl.radiosity.transport_store import JointLight
 from simgl.scene.state import CameraState, SceneState, SunSeen
 from simgl.view.background import Background, background
@@ -42,7 +43,7 @@ class FrameView:
     gather : where light from other surfaces is worked out
     glossy_reflections : it is followed by rays in the lobes of glossy surfaces
     joint_light : how it is worked out between parts that joints have moved
-    ramp : between neighbouring pixels, for lenses that spread light [px]; 0 for sharp pixels
+    ramps : of each band between neighbouring pixels, for lenses that spread light [px]
     """
 
     camera: Camera
@@ -55,7 +56,7 @@ class FrameView:
     glossy_reflections: bool = False
     joint_light: JointLight = "exact"
     other_pinholes: tuple[FrameView, ...] = ()
-    ramp: float = 0.0
+    ramps: Ramps = SHARP
 
     @property
     def pinholes(self) -> tuple[FrameView, ...]:
@@ -71,7 +72,7 @@ class FrameView:
         if not self.tiles:
             return 0, 0, 0, 0
         # A ramp brings light to the next pixel.
-        more = 1 if self.ramp > 0.0 else 0
+        more = 0 if self.ramps == SHARP else 1
         x0 = max(min(tile.x for tile in self.tiles) - more, 0)
         y0 = max(min(tile.y for tile in self.tiles) - more, 0)
         x1 = min(max(tile.x + tile.width for tile in self.tiles) + more, d.width)

@@ -18,6 +18,7 @@ SCENE = """\
 utc = "2026-03-20T12:00:00"
 [earth]
 albedo = 0.3
+atmosphere = "none"
 [spacecraft.target]
 model.box = { size_m = [1.0, 2.0, 3.0], material = { reflectance = 0.5 } }
 orbit = { altitude_km = 400.0 }

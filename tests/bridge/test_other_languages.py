@@ -16,7 +16,17 @@ from tests.patience import run_to_end
 ROOT = Path(__file__).parents[2]
 CLIENTS = ROOT / "examples" / "bridge" / "clients"
 NODE_MODULES = ROOT / ".venv" / "node" / "node_modules"
-JARS = [Path("/usr/share/java") / name for name in ("jeromq.jar", "msgpack-core.jar")]
+JARS = [
+    Path("/usr/share/java") / f"{name}.jar"
+    for name in (
+        "jeromq",
+        "msgpack-core",
+        "msgpack-jackson",
+        "jackson-core",
+        "jackson-annotations",
+        "jackson-databind",
+    )
+]
 
 
 def node_command(folder: Path) -> list[str]:

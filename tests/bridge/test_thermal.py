@@ -12,7 +12,7 @@ from simgl_bridge.session_recording import SessionRecorder
 from simgl_bridge.session_replay import replay_session, session_files
 
 from simgl.scenario.loader import load_scenario
-from tests.bridge.harness import SCENARIO, Running
+from tests.bridge.harness import SCENARIO, TURNING, Running
 from tests.patience import limit
 
 Starter = Callable[..., Running]
@@ -103,6 +103,23 @@ def test_bad_states_are_refused_in_one_line(running: Running) -> None:
         for camera, product in (("nav", "temperature"), ("infrared", "electrons")):
             with pytest.raises(RemoteError, match=rf"products.0. .*{camera}"):
                 client.render(now, camera, products=(product,), seek=True)
+
+
+def test_a_bolometer_lags_behind_a_chaser_that_turns(running: Running) -> None:
+    # By 2 px a time constant; its thermal radiance is that of the epoch.
+    with Client(running.address, timeout_s=limit(60.0)) as client:
+        now = client.welcome.epoch_tai_ns
+        still, moving, again = (
+            client.render_all(now, SHOTS, {"chaser": TURNING}, seek=True, moving=turns)["infrared"]
+            for turns in (False, True, True)
+        )
+    np.testing.assert_array_equal(moving.planes["dn"], again.planes["dn"])
+    for product in ("thermal_radiance", "temperature"):
+        np.testing.assert_array_equal(still.planes[product], moving.planes[product])
+    # Noise is the same in both; a change of 1 K is some 70 DN.
+    assert np.abs(moving.planes["dn"].astype(int) - still.planes["dn"]).max() > 700
+    assert moving.exposure_end_tai_ns == now
+    assert moving.exposure_start_tai_ns == now - 8_000_000
 
 
 def test_a_replay_gives_the_same_bytes(running: Running, tmp_path: Path) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import moderngl
 import pytest
 
@@ -30,12 +32,40 @@ def test_what_only_a_lenient_driver_takes_is_refused(gl: moderngl.Context) -> No
 
 
 def test_programs_of_a_pass_reach_the_compiler(
-    gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch
+    gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     seen: list[dict[str, str]] = []
     monkeypatch.setattr(checks, "check_stages", lambda _, stages: seen.append(dict(stages)))
-    checks.check_programs(monkeypatch, "")
+    checks.check_programs(monkeypatch, "", tmp_path, "one version")
     StarPass(gl).release()
     # Also by the session beneath, if no earlier test had this pass.
     assert seen
     assert all(set(stages) == {"vert", "frag"} for stages in seen)
+
+
+def test_a_program_that_passed_is_not_compiled_again_by_the_same_version(
+    gl: moderngl.Context, tmp_path: Path
+) -> None:
+    seen: list[str] = []
+
+    def make(text: str, version: str) -> None:
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(checks, "check_stages", lambda *_: seen.append(version))
+            checks.check_programs(patch, "", tmp_path, version)
+            gl.program(vertex_shader=VERTEX, fragment_shader=text).release()
+
+    make(FRAGMENT, "1")
+    made_once = len(seen)
+    make(FRAGMENT, "1")
+    assert len(seen) == made_once > 0
+    make(FRAGMENT, "2")
+    assert seen[-1] == "2"
+    make(FRAGMENT + "// another text\n", "2")
+    assert len(seen) > made_once + 1
+
+
+def test_a_refused_program_is_refused_again(gl: moderngl.Context) -> None:
+    lenient = FRAGMENT.replace("void main()", "float two() { return 2.0; };\nvoid main()")
+    for _ in range(2):
+        with pytest.raises(AssertionError, match="extraneous semicolon"):
+            gl.program(vertex_shader=VERTEX, fragment_shader=lenient)

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from functools import partial
 from typing import Any
 
 import moderngl
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from simgl.arrays import Array32
 from simgl.scenario.scenario import Scenario
-from tests.scenes import IN_BANDS, TOTAL, Table, radiance, scene
+from tests.scenes import IN_BANDS, TOTAL, Table, opened, radiance, scene
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -100,9 +104,26 @@ def plate(material: Table) -> Table:
 
 def earthshine(gl: moderngl.Context, *arguments: Any, **options: Any) -> Array:
     """(128, 128, 4) radiance less that with a black Earth, which leaves the sunlight alone."""
-    with_earth = radiance(gl, before(*arguments, earth=EARTH, **options))
-    without = radiance(gl, before(*arguments, earth=BARE, **options))
-    return with_earth.astype(np.float64) - without
+    return _of_earth(partial(radiance, gl), partial(radiance, gl), *arguments, **options)
+
+
+@contextmanager
+def opened_earthshine(model: Table) -> Iterator[Callable[..., Array]]:
+    """``earthshine`` of one model in whatever attitude and sunlight."""
+    scenarios = (before(model, Rotation.identity(), UP, 0.0, earth=e) for e in (EARTH, BARE))
+    with ExitStack() as stack:
+        with_earth, without = (stack.enter_context(opened(scenario)) for scenario in scenarios)
+        yield partial(_of_earth, with_earth, without, model)
+
+
+def _of_earth(
+    with_earth: Callable[[Scenario], Array32],
+    without: Callable[[Scenario], Array32],
+    *arguments: Any,
+    **options: Any,
+) -> Array:
+    lit = with_earth(before(*arguments, earth=EARTH, **options)).astype(np.float64)
+    return lit - without(before(*arguments, earth=BARE, **options))
 
 
 def as_irradiance(picture: Array) -> float:

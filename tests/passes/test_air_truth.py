@@ -77,7 +77,8 @@ class _BlackInTheMean(Earth):
 
 def test_transmittance_is_within_half_a_hundredth_at_every_row(gl: moderngl.Context) -> None:
     """Of the ground: what its reflection loses from 2 m above it to the camera. To space: what is
-    left of a bright field behind."""
+    left of a bright field behind. The Sun stands over the camera, wherever a row has it: all that
+    a camera sees of the ground is lit, and rows from one height share the light in the air."""
     white, black = (
         _BlackInTheMean(equatorial_radius=RADIUS, polar_radius=RADIUS, albedo=(a,) * 4, air=SOURCE)
         for a in (1.0, 0.0)
@@ -86,19 +87,20 @@ def test_transmittance_is_within_half_a_hundredth_at_every_row(gl: moderngl.Cont
     with window(gl) as look:
         for row in rows():
             place = place_of(row)
+            sun = place / np.linalg.norm(place)
             b = float(np.dot(place, row.view))
             to_ground = b * b - np.dot(place, place) + RADIUS**2
             if b < 0.0 and to_ground > 0.0:
                 near = place - (b + np.sqrt(to_ground)) * row.view
                 near *= (RADIUS + LIFT) / np.linalg.norm(near)
                 high, low = (
-                    look.ray(white, p, row.view, row.sun) - look.ray(black, p, row.view, row.sun)
+                    look.ray(white, p, row.view, sun) - look.ray(black, p, row.view, sun)
                     for p in (place, near)
                 )
                 seen = high / low
             else:
                 bright, dark = (
-                    look.picture(black, place, row.view, row.sun, behind=b)[1, 1].astype(float)
+                    look.picture(black, place, row.view, sun, behind=b)[1, 1].astype(float)
                     for b in (1e3, 0.0)
                 )
                 seen = (bright - dark) / 1e3

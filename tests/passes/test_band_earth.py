@@ -19,31 +19,20 @@ from simgl.physics.spectrum import Bands
 from simgl.scenario.loader import scenario_from_dict
 from simgl.scene.earth import Clouds, Earth, EarthMaps, load_map
 from simgl.simulator import Product, Simulator
+from tests.passes.band_scenes import ORBIT, over_earth
 from tests.scenes import Table
 
 H, C, K, SIGMA = 6.62607015e-34, 299792458.0, 1.380649e-23, 5.670374419e-8
 # Of one term each, so that one set of tables serves all.
 BANDS = [[545.0, 555.0], [610.0, 625.0], [640.0, 660.0], [840.0, 860.0]]
-ORBIT = 6778e3
 
 
 def _scene(boresight: list[float], *, bands: list[list[float]] | None, **tables: Any) -> Table:
-    camera = {
-        "position_icrf_m": [ORBIT, 0.0, 0.0],
-        "boresight": boresight,
-        "up": [1.0, 0.0, 0.0],
-        "width_px": 96,
-        "height_px": 72,
-        "focal_length_mm": 12.0,
-        "pixel_pitch_um": 20.0,
-        "f_number": 4.0,
-        "exposure_time_s": 1e-4,
-        "quantum_efficiency": 0.5,
-    }
-    scene: Table = {
-        "epoch": {"utc": "2026-03-20T10:00:00"},
-        "camera": {"cam": camera},
-        "spacecraft": {
+    return over_earth(
+        boresight,
+        [1.0, 0.0, 0.0],
+        bands,
+        spacecraft={
             "board": {
                 "model": {
                     "plate": {"width_m": 0.5, "height_m": 0.5, "material": {"reflectance": 0.4}}
@@ -54,10 +43,7 @@ def _scene(boresight: list[float], *, bands: list[list[float]] | None, **tables:
             }
         },
         **tables,
-    }
-    if bands is not None:
-        scene["bands"] = {"edges_nm": bands}
-    return scene
+    ) | {"epoch": {"utc": "2026-03-20T10:00:00"}}
 
 
 def _taken(gl: moderngl.Context, scene: Table) -> tuple[Array, Array]:

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from simgl.scenario.scenario import Scenario
 from simgl.view.background_tiles import even_tiles, tiles_of
 from tests.passes.test_ground import RADIUS, SUN, icrf_from_itrf, looking_down, tilted_sun, up_at
-from tests.scenes import radiance, scene
+from tests.scenes import opened, radiance, scene
 
 Array = np.ndarray[Any, Any]
 
@@ -156,10 +157,8 @@ def test_a_camera_under_the_clouds_sees_none_on_the_ground(
     assert seen[1] > 0.5
 
 
-def looking_up(
-    gl: moderngl.Context, sun: Array, zenith: float, earth: Any, place: tuple[float, float] = SEA
-) -> Array:
-    """(3, 3, 4) radiance of the sky over 2 m, so far from the zenith to the north [deg]."""
+def looking_up(sun: Array, zenith: float, earth: Any, place: tuple[float, float]) -> Scenario:
+    """A camera 2 m up, which looks so far from the zenith to the north [deg], in 3 x 3 pixels."""
     R, up = icrf_from_itrf(), up_at(*place)
     north = np.array([0.0, 0.0, 1.0]) - up[2] * up
     north /= np.linalg.norm(north)
@@ -173,12 +172,22 @@ def looking_up(
         "pixel_pitch_um": 3.75,
         "focal_length_mm": 3.75e-3 * 3 / (2.0 * np.tan(np.radians(60.0))),
     }
-    return radiance(gl, scene({}, camera, sun_direction=tuple(R @ sun), earth=earth))
+    return scene({}, camera, sun_direction=tuple(R @ sun), earth=earth)
+
+
+def skies(sun_zenith: float, azimuth: float, zenith: float, earth: Any) -> list[Array]:
+    """(3, 3, 4) radiance over twelve places: noise makes cloud thinner or thicker at any one."""
+    places = [(SEA[0], SEA[1] + 9.0 * step) for step in range(12)]
+    scenarios = [
+        looking_up(tilted_sun(place, sun_zenith, azimuth), zenith, earth, place) for place in places
+    ]
+    with opened(scenarios[0]) as drawn:
+        return [drawn(scenario) for scenario in scenarios]
 
 
 @pytest.mark.parametrize("thickness", [5.0, 20.0, 80.0])
 def test_an_overcast_sky_sends_down_what_two_streams_let_through(
-    gl: moderngl.Context, overcast: str, thickness: float
+    overcast: str, thickness: float
 ) -> None:
     """Without air, far from the Sun: pi L / (E cos z) = 1 - R - T, T what passes unscattered.
 
@@ -193,27 +202,18 @@ def test_an_overcast_sky_sends_down_what_two_streams_let_through(
     earth = {"shape": "sphere", "radius_km": RADIUS, "atmosphere": "none", "clouds": clouds}
     # The Sun in the south, 100 deg from the middle pixel, which spans 40 km: of the noise, waves of
     # 64 km are left, which make the layer thinner or thicker by a third at any one place.
-    places = [(SEA[0], SEA[1] + 9.0 * step) for step in range(12)]
-    images = [
-        looking_up(gl, tilted_sun(place, 50.0, 180.0), 50.0, earth, place)[1:2, 1:2]
-        for place in places
-    ]
+    images = [image[1:2, 1:2] for image in skies(50.0, 180.0, 50.0, earth)]
     # Droplets throw 2 % of the direct light so far aside.
     wanted = 1.0 - reflected - direct
     seen = seen_over_sun(np.concatenate(images), 50.0)
     np.testing.assert_allclose(seen, wanted, rtol=0.12, atol=0.02 * direct)
 
 
-def test_an_overcast_sky_is_grey_and_a_clear_one_blue(gl: moderngl.Context, overcast: str) -> None:
+def test_an_overcast_sky_is_grey_and_a_clear_one_blue(overcast: str) -> None:
     earth = {"shape": "sphere", "radius_km": RADIUS, "atmosphere": "standard"}
 
     def sky(clouds: dict[str, Any]) -> Array:
-        # Noise makes the layer thinner or thicker at any one place.
-        places = [(SEA[0], SEA[1] + 9.0 * step) for step in range(12)]
-        images = [
-            looking_up(gl, tilted_sun(place, 60.0, 90.0), 30.0, earth | {"clouds": clouds}, place)
-            for place in places
-        ]
+        images = skies(60.0, 90.0, 30.0, earth | {"clouds": clouds})
         return seen_over_sun(np.concatenate(images), 60.0)
 
     # The clear sky is blue, the overcast one grey, and brighter.

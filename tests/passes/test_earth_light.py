@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 
 import moderngl
@@ -21,26 +22,43 @@ from tests.passes.earth_light_scenes import (
     PLACE,
     TILT_AZIMUTH,
     UP,
+    Array,
     R,
     as_irradiance,
     attitude,
     before,
     earthshine,
     facing,
+    opened_earthshine,
     plate,
     sun_at,
 )
 from tests.scenes import IN_BANDS, lambert, radiance
 
+WHITE_PLATE = plate(lambert(1.0))
+
+
+@pytest.fixture(scope="module")
+def of_white_plate() -> Iterator[Callable[..., Array]]:
+    """Earthshine on a white plate: by attitude, direction to the camera, the Sun's zenith angle."""
+    with opened_earthshine(WHITE_PLATE) as drawn:
+        yield drawn
+
+
+@pytest.fixture(scope="module")
+def of_white_ball() -> Iterator[Callable[..., Array]]:
+    """The same on a ball."""
+    with opened_earthshine({"sphere": {"radius_m": 2.0, "material": lambert(1.0)}}) as drawn:
+        yield drawn
+
 
 @pytest.mark.parametrize("zenith", IRRADIANCE)
 @pytest.mark.parametrize("case", range(4))
 def test_a_white_plate_has_the_earths_irradiance(
-    gl: moderngl.Context, zenith: float, case: int
+    of_white_plate: Callable[..., Array], zenith: float, case: int
 ) -> None:
     normal = facing(*TILT_AZIMUTH[case])
-    white = plate(lambert(1.0))
-    got = as_irradiance(earthshine(gl, white, attitude(normal, 0.4), normal, zenith))
+    got = as_irradiance(of_white_plate(attitude(normal, 0.4), normal, zenith))
     expected = IRRADIANCE[zenith][case]
     # Sums over texels of 0.7 deg: 2e-4 measured, 1e-3 where only the terminator's twilight is seen.
     # The last value is 5e-8 of the sunlight, from a strip that is narrower than a texel towards the
@@ -52,37 +70,39 @@ def test_a_white_plate_has_the_earths_irradiance(
 @pytest.mark.parametrize("zenith", LOW_SUN)
 @pytest.mark.parametrize("case", range(5))
 def test_a_plate_has_the_irradiance_of_a_lit_limb(
-    gl: moderngl.Context, zenith: float, case: int
+    of_white_plate: Callable[..., Array], zenith: float, case: int
 ) -> None:
     normal = facing(*LOW_PLATES[case])
-    white = plate(lambert(1.0))
-    got = as_irradiance(earthshine(gl, white, attitude(normal, 0.4), normal, zenith))
+    got = as_irradiance(of_white_plate(attitude(normal, 0.4), normal, zenith))
     # A strip as narrow as some texels; 0.0012 W m-2 measured where it is narrowest.
     np.testing.assert_allclose(got, LOW_SUN[zenith][case], rtol=0.01, atol=0.0015)
 
 
 @pytest.mark.parametrize("case", range(4))
 def test_finer_texels_change_nothing_where_the_sun_is_high_enough_for_coarse_ones(
-    gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch, case: int
+    gl: moderngl.Context,
+    of_white_plate: Callable[..., Array],
+    monkeypatch: pytest.MonkeyPatch,
+    case: int,
 ) -> None:
     normal = facing(*TILT_AZIMUTH[case])
-    arguments = plate(lambert(1.0)), attitude(normal, 0.4), normal, 84.9
-    coarse = as_irradiance(earthshine(gl, *arguments))
+    arguments = attitude(normal, 0.4), normal, 84.9
+    coarse = as_irradiance(of_white_plate(*arguments))
     monkeypatch.setattr("simgl.view.background.SKY_TEXELS", TERMINATOR_TEXELS)
+    fine = as_irradiance(earthshine(gl, WHITE_PLATE, *arguments))
     # An eighth of a texel's square times the second derivative: as far as C5 may be off itself.
-    np.testing.assert_allclose(coarse, as_irradiance(earthshine(gl, *arguments)), rtol=2e-3)
+    np.testing.assert_allclose(coarse, fine, rtol=2e-3)
 
 
 @pytest.mark.parametrize("zenith", [0.0, 60.0])
 def test_a_turned_sphere_has_the_earths_irradiance_between_the_maps_points(
-    gl: moderngl.Context, zenith: float
+    of_white_ball: Callable[..., Array], zenith: float
 ) -> None:
     """The middle of a sphere's picture faces the camera, whatever the sphere's own axes."""
-    ball = {"sphere": {"radius_m": 2.0, "material": lambert(1.0)}}
     R_icrf_from_body = Rotation.from_rotvec([0.7, -1.1, 0.4])
     for expected, (tilt, azimuth) in zip(IRRADIANCE[zenith], TILT_AZIMUTH, strict=True):
         normal = facing(tilt, azimuth)
-        got = as_irradiance(earthshine(gl, ball, R_icrf_from_body, normal, zenith))
+        got = as_irradiance(of_white_ball(R_icrf_from_body, normal, zenith))
         # Linear between normals 7.5 deg apart: 7.5^2 / 8 of the second derivative, which is up to
         # some 5 times the value on the faint sides.
         np.testing.assert_allclose(got, expected, rtol=0.01)

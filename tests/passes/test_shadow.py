@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import moderngl
 import numpy as np
 import pytest
 
+from simgl.motion.trajectory import FixedAttitude, Motion, UniformMotion
+from tests.passes.thin_casters import Place, solids
 from tests.scenes import lambert, radiance, scene
 
+Bar = tuple[Place, Place, float]
 Image = np.ndarray[Any, np.dtype[np.float32]]
 
 GREEN = 174.7738123  # [W m-2] of the Sun in 500-600 nm
@@ -26,6 +30,28 @@ def box(size: tuple[float, float, float]) -> dict[str, Any]:
 def sun_at(incidence_deg: float, azimuth_deg: float = 0.0) -> tuple[float, float, float]:
     t, a = np.radians(incidence_deg), np.radians(azimuth_deg)
     return float(np.sin(t) * np.cos(a)), float(np.sin(t) * np.sin(a)), float(np.cos(t))
+
+
+def seen_from_above(gl: moderngl.Context, bars: list[Bar], incidence: float) -> tuple[Image, float]:
+    """(128, 128) share of full sunlight on bars, from the side of +x; the width of a pixel [m]."""
+    still = Motion(
+        trajectory=UniformMotion(position=np.zeros(3), velocity=np.zeros(3), epoch_tai_ns=0),
+        attitude=FixedAttitude(R_icrf_from_body=np.eye(3)),
+    )
+    empty = scene(
+        {},
+        {
+            "position_icrf_m": [0, 0, 32.0],
+            "boresight": [0, 0, -1],
+            "up": [0, 1, 0],
+            "focal_length_mm": 8.0,
+        },
+        sun_direction=sun_at(incidence),
+        render={"inter_reflection": False, "samples_per_pixel": 64},
+    )
+    scenario = replace(empty, models={"bars": solids("bars", bars)}, motions={"bars": still})
+    full = 0.5 / np.pi * GREEN * np.cos(np.radians(incidence))
+    return radiance(gl, scenario)[..., 1] / full, 32.0 / scenario.cameras["cam"].focal_length_px
 
 
 @pytest.mark.parametrize("incidence", [0.0, 20.0, 45.0, 70.0, 80.0, 85.0])
@@ -158,6 +184,32 @@ def test_a_low_step_shades_its_lee_by_its_height_and_nothing_to_windward(
     lee = missing[:, ~sunny].sum(axis=1).mean() * pixel
     # A tenth of a texel; there are three on a pixel's width.
     assert abs(lee - shadow) < 0.1 * pixel / 3.0
+
+
+@pytest.mark.parametrize("height", [0.003, 0.006])
+def test_a_low_step_below_high_rods_shades_its_lee_alone(
+    gl: moderngl.Context, height: float
+) -> None:
+    """Rods 3 m above the step make all of it a penumbra, in pixels of 15 mm, three texels."""
+    slope = np.tan(np.radians(50.0))
+    aside = 3.0 * slope
+    floor: Bar = ((-0.7, 0.0, -0.7), (0.7, 0.0, -0.7), 1.4)
+    slab: Bar = ((-0.25, 0.0, height - 0.25), (0.25, 0.0, height - 0.25), 0.5)
+    # Askew, so that their own shadows are the same along the step.
+    rods: list[Bar] = [
+        ((aside + x - 0.42, -0.7, 3.0), (aside + x + 0.42, 0.7, 3.0), 0.003)
+        for x in np.arange(-1.1, 1.15, 0.04)
+    ]
+    stepped, pixel = seen_from_above(gl, [floor, slab, *rods], 50.0)
+    even, _ = seen_from_above(gl, [floor, *rods], 50.0)
+    x = (np.arange(128) + 0.5 - 64.0) * pixel
+    middle = np.abs(x) < 0.2
+    missing = (even - stepped)[middle].mean(axis=0) / even[middle][:, middle].mean()
+    sunny, lee = (missing[np.abs(x - edge) < 0.06].sum() * pixel for edge in (0.25, -0.25))
+    # A tenth of a texel.
+    assert abs(sunny) < 0.1 * pixel / 3.0
+    # Rods hide the step from a fifth of the texels.
+    np.testing.assert_allclose(lee, height * slope, rtol=0.2)
 
 
 @pytest.mark.parametrize("incidence", [20.0, 60.0])

@@ -47,7 +47,7 @@ def plate_image(
     scenario = plate_scene(width_px, samples, camera)
     with Simulator(scenario, gl) as simulator:
         still = simulator._still(scenario.at(scenario.epoch_tai_ns), "cam")
-        return still._with_ramp(ramp).read()[..., 0].astype(np.float64)
+        return still._with_ramps((ramp,) * 4).read()[..., 0].astype(np.float64)
 
 
 DISTORTED = {"optics": {"distortion": {"k1": -0.05}}}

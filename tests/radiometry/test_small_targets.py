@@ -11,6 +11,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from simgl.arrays import Array
+from simgl.sample_grid import ANGLE
 from simgl.simulator import Product, Simulator
 from tests.radiometry.far_bodies import (
     ALBEDO,
@@ -27,6 +28,8 @@ from tests.radiometry.far_bodies import (
     view,
 )
 from tests.scenes import IN_BANDS, Table, lambert
+
+GRID_DEG = float(np.degrees(ANGLE))
 
 # A place between the pixels, in pixels from the corner in the middle of the image.
 X, Y = 0.29, -0.27
@@ -67,7 +70,7 @@ def test_light_and_its_centre_are_right_at_any_size_phase_and_sampling(
                     assert np.hypot(*(centre_of_light(image) - middle)) < 0.02
 
 
-@pytest.mark.parametrize("turn_deg", [0.0, 13.2825, 103.2825, 45.0])
+@pytest.mark.parametrize("turn_deg", [0.0, GRID_DEG, 90.0 + GRID_DEG, 45.0])
 def test_a_thin_target_keeps_its_light_however_it_lies(
     gl: moderngl.Context, turn_deg: float
 ) -> None:

@@ -114,6 +114,42 @@ def test_the_librarys_reader_gives_the_images_back(
     assert (pixels.header.stamp.sec, pixels.header.stamp.nanosec) == (stamp.sec, stamp.nanosec)
 
 
+def test_a_thermal_camera_has_the_temperatures_of_the_trajectory(
+    gl: moderngl.Context, tmp_path: Path
+) -> None:
+    craft = {"box": {"size_m": [1.0, 1.0, 1.0], "material": "white_paint"}}
+    about = {"target": "craft", "azimuth_deg": 20.0, "range_m": 9.0}
+    camera = {"about": about, "width_px": 32, "height_px": 24, "focal_length_mm": 3.0}
+    scenario = scenario_from_dict(
+        {
+            "epoch": {"utc": "2026-03-20T12:00:00"},
+            "earth": {"shape": "none"},
+            "spacecraft": {"craft": {"model": craft, "orbit": {"altitude_km": 400.0}}},
+            "camera": {"ir": camera | {"thermal": {"detector": "bolometer_lwir"}}},
+            "thermal": {"patches": 60, "step_s": 300.0},
+        }
+    )
+    # A third of an orbit later the Sun shines from elsewhere, and the skin has not followed yet.
+    later = scenario.epoch_tai_ns + 1800 * SECOND
+    path = tmp_path / "thermal.mcap"
+    plan = Recording(scenario=scenario, cameras=("ir",), epochs=[later], depth=False)
+    with Simulator(scenario, gl) as simulator:
+        record(plan, simulator, path)
+        during = scenario.around(later)
+        warm, steady = (
+            simulator.capture(scenario.at(later), "ir", during=during, temperatures=t).digital
+            for t in (simulator.temperatures.at(later), None)
+        )
+    assert warm is not None
+    assert steady is not None
+    with path.open("rb") as stream:
+        reader = make_reader(stream, decoder_factories=[DecoderFactory()])
+        (image,) = (one for *_, one in reader.iter_decoded_messages(topics=["/ir/image_raw"]))
+    dn = np.frombuffer(bytes(image.data), "<u2").reshape(24, 32)
+    np.testing.assert_array_equal(dn, warm.dn)
+    assert np.abs(dn.astype(int) - steady.dn).max() > 70
+
+
 def test_rosbags_reads_the_same(file: Path, epochs: list[int]) -> None:
     """By the types that rosbags itself has of ROS 2, not by those in the file."""
     store = get_typestore(Stores.ROS2_HUMBLE)

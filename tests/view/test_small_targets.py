@@ -8,11 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from simgl.arrays import Array
+from simgl.sample_grid import ANGLE
 from simgl.sample_grid import MIN_TARGET_SAMPLES as SAMPLES
 from simgl.view.small_targets import in_pixels, is_small, nearer, outline_area, raster_window
 from tests.passes.exposures import camera
 
 quick = settings(deadline=None, database=None, max_examples=60)
+GRID_DEG = float(np.degrees(ANGLE))
 CAMERA = camera()  # 2000 px of focal length, 512 x 512
 
 
@@ -75,7 +77,7 @@ def test_a_near_target_is_drawn_where_it_is() -> None:
     assert nearer(octahedron(0.5, np.array([0.0, 0.0, 1e6]))) == pytest.approx(20.0)
 
 
-@pytest.mark.parametrize("turn_deg", [0.0, 13.28, 45.0, 103.28])
+@pytest.mark.parametrize("turn_deg", [0.0, GRID_DEG, 45.0, 90.0 + GRID_DEG])
 @pytest.mark.parametrize("thinness", [10.0, 1e3, 1e6])
 def test_a_thin_target_takes_no_more_cells_than_a_driver_loops_over(
     turn_deg: float, thinness: float
