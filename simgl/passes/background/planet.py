@@ -18,7 +18,6 @@ from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.passes.background.air import AIR_SAMPLERS, AirBefore, AtmospherePass
 from simgl.passes.background.air_march import AIR_VIEW
 from simgl.passes.background.air_tables import AIR
-from simgl.passes.background.aurora import AURORA, aurora_values
 from simgl.passes.background.earth_textures import (
     BAND_SAMPLERS,
     CHARTS,
@@ -27,10 +26,12 @@ from simgl.passes.background.earth_textures import (
     Weather,
 )
 from simgl.passes.background.planet_blocks import (
+    AURORA,
     GROUND_BANDS,
     MAP_TEXEL_M,
     PLANET,
     REGOLITH,
+    aurora_values,
     ground_band_values,
     planet_values,
     regolith_values,
@@ -39,9 +40,17 @@ from simgl.passes.background.planet_variants import (
     PAIRS_UNIT,
     band_samplers,
     knows_ground_bands,
+    unread_samplers,
     variant_of,
 )
-from simgl.passes.background.tile_kinds import halvings, kinds_at_corners, lights_and_seasons
+from simgl.passes.background.tile_kinds import (
+    DARK,
+    DUSK,
+    halvings,
+    kinds_at_corners,
+    lights_and_seasons,
+    moonlit_below,
+)
 from simgl.physics.air_profile import AIR_TOP
 from simgl.physics.spectrum import BANDS
 from simgl.progress import ProgressCallback
@@ -61,12 +70,6 @@ from simgl.view.background_tiles import (
 # An image whose pixels are shorter than the maps' texels by this factor where it looks straight
 # down needs no mipmaps, which cost software renderers more than all the rest.
 _MAGNIFIED = 0.5
-# Sines of the Sun's height: below the first the lamps of cities shine, by the second the air is
-# dark but for its own glow (shaders/planet/night.glsl).
-_DUSK, _DARK = 0.5 / 12.0, -0.1
-# There a full Moon, 2.5e-6 of the Sun, gives 1e-4 of the light on the ground, which falls by e
-# while the sine falls by so much: 2,000 lx at 2.4 deg, 3.4 at -6 (Bond and Henderson 1963).
-_FULL_MOON, _FADES = 2.5e-6, 0.023
 # Variants that find light and place at the corners of tiles; the others are cheap or rare.
 _EVEN = tuple(
     (*bands, "EARTH_MAPS", *far, "AIR") for bands in ((), ("BANDS",)) for far in ((), ("FAR",))
@@ -219,11 +222,11 @@ class PlanetPass:
         planet = sunlit.planet
         self._draw_lit(sunlit, tiles)
         if planet.earth.airglow:
-            self._draw_glow(tiles.within(tiles.low < _DARK), sunlit)
-        if planet.earth.aurora_kp is not None and (tiles.any & (tiles.low < _DARK)).any():
+            self._draw_glow(tiles.within(tiles.low < DARK), sunlit)
+        if planet.earth.aurora_kp is not None and (tiles.any & (tiles.low < DARK)).any():
             self._draw_aurora(tiles, sunlit, planet.earth.aurora_kp)
         moonlit = None
-        night = tiles.any & (tiles.low < _moonlit_below(planet))
+        night = tiles.any & (tiles.low < moonlit_below(planet))
         if planet.moonlight is not None and night.any():
             moonlit = replace(
                 sunlit,
@@ -244,7 +247,7 @@ class PlanetPass:
         night : those to draw, without the lamps of cities; None for all tiles, with them
         """
         if night is not None:
-            tiles = tiles.within(night & (tiles.high > _DARK))
+            tiles = tiles.within(night & (tiles.high > DARK))
             if not tiles.any.any():
                 return
         textures: Sequence[Texture] = self._textures.of(lit.planet.earth) if lit.mapped else ()
@@ -254,7 +257,7 @@ class PlanetPass:
         covered = tiles.any if air is not None else tiles.even | tiles.finer | tiles.ground
         if lit.state is self.state and not covered.all():
             lit.target.clear(0.0, 0.0, 0.0, 0.0, viewport=lit.area)
-        dark = tiles.low < (_DUSK if lit.mapped and night is None else -1.0)
+        dark = tiles.low < (DUSK if lit.mapped and night is None else -1.0)
         # On a CPU maps whose texels are larger than pixels, where they are not seen at a slant, are
         # read without mipmaps.
         magnified = lit.mapped and not self._hardware and lit.nadir_pixel < _MAGNIFIED * MAP_TEXEL_M
@@ -408,35 +411,23 @@ class PlanetPass:
             ground = SAMPLERS if "EARTH_MAPS" in variant else []
             air = AIR_SAMPLERS if "AIR" in variant else ()
             samplers = {sampler: unit for unit, sampler in enumerate((*ground, *air))}
-            unread = [*CHARTS] if "FAR" in variant else []
-            unread += ["frost_edges"] if "FROST" not in variant else []
-            unread += ["cloud_reflection"] if name == "planet/ceiling" else []
-            groundless = "SEA" in variant or name == "planet/ceiling"
-            unread += ["land_map", "form_map"] if groundless else []
-            for sampler in unread:
+            for sampler in unread_samplers(name, variant):
                 samplers.pop(sampler, None)
             samplers |= band_samplers(name, variant)
             if name in ("planet/air", "planet/glow", "planet/aurora"):
                 read = AIR_SAMPLERS[2:] if "AIR" in variant else ()
                 samplers = {sampler: unit for sampler, unit in samplers.items() if sampler in read}
-            blocks = [AIR, AIR_VIEW]
+            # Those that each kind of program reads; the others are spare.
+            read_by = (
+                ("AIR" in variant, (AIR, AIR_VIEW)),
+                ("REGOLITH" in variant, (REGOLITH,)),
+                (knows_ground_bands(name, variant), (GROUND_BANDS,)),
+                (name == "planet/aurora", (AURORA,)),
+            )
+            shared = [PLANET, *(block for read, some in read_by if read for block in some)]
+            spare = tuple(block for read, some in read_by if not read for block in some)
             self._programs[key] = TileQuads(
-                self._ctx,
-                name,
-                samplers,
-                variant,
-                shared=[
-                    PLANET,
-                    *(blocks if "AIR" in variant else ()),
-                    *([REGOLITH] if "REGOLITH" in variant else ()),
-                    *([GROUND_BANDS] if knows_ground_bands(name, variant) else ()),
-                    *([AURORA] if name == "planet/aurora" else ()),
-                ],
-                spare=(
-                    *(() if "AIR" in variant else blocks),
-                    *(() if "REGOLITH" in variant else (REGOLITH,)),
-                    *(() if knows_ground_bands(name, variant) else (GROUND_BANDS,)),
-                ),
+                self._ctx, name, samplers, variant, shared=shared, spare=spare
             )
         return self._programs[key]
 
@@ -457,11 +448,3 @@ class PlanetPass:
         self._ground_bands.release()
         self._aurora.release()
         self._textures.release()
-
-
-def _moonlit_below(planet: PlanetView) -> float:
-    """Sine of the Sun's height below which the Moon is 1e-4 of the light and more."""
-    if planet.moonlight is None:
-        return -1.0
-    share = float(planet.moonlight.irradiance.sum() / max(planet.sun_irradiance.sum(), 1e-30))
-    return _DUSK + _FADES * float(np.log(max(share, 1e-30) / _FULL_MOON))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from simgl.passes.background.air import AirBefore
 from simgl.passes.background.earth_air import PAIRS
-from simgl.passes.background.earth_textures import BAND_SAMPLERS
+from simgl.passes.background.earth_textures import BAND_SAMPLERS, CHARTS
 from simgl.physics.spectrum import BANDS
 from simgl.view.background import PlanetView
 
@@ -42,3 +42,13 @@ def variant_of(planet: PlanetView, air: AirBefore | None, *, far: bool) -> tuple
         "AIR_INSIDE": air is not None and air.inside,
     }
     return tuple(define for define, wanted in optional.items() if wanted)
+
+
+def unread_samplers(name: str, variant: tuple[str, ...]) -> list[str]:
+    """Of those of the Earth's maps and noise, what a program does not read."""
+    unread = [*CHARTS] if "FAR" in variant else []
+    unread += ["frost_edges"] if "FROST" not in variant else []
+    unread += ["cloud_reflection"] if name == "planet/ceiling" else []
+    groundless = "SEA" in variant or name == "planet/ceiling"
+    unread += ["land_map", "form_map"] if groundless else []
+    return unread

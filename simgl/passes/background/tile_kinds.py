@@ -9,11 +9,18 @@ import numpy as np
 from simgl.arrays import Array, IndexArray, Mask
 from simgl.passes.background.planet_blocks import MAP_TEXEL_M
 from simgl.scene.noise_projection import LEVELS
+from simgl.view.background import PlanetView
 from simgl.view.background_tiles import MERGED, TILE, BackgroundTiles
 
 # Where a large tile spans less of a map's texel, it reads the map's slopes at its corners: 0.1 % of
 # the light.
 _SPANNED_TEXELS = 0.4
+# Sines of the Sun's height: below the first the lamps of cities shine, by the second the air is
+# dark but for its own glow (shaders/planet/night.glsl).
+DUSK, DARK = 0.5 / 12.0, -0.1
+# There a full Moon, 2.5e-6 of the Sun, gives 1e-4 of the light on the ground, which falls by e
+# while the sine falls by so much: 2,000 lx at 2.4 deg, 3.4 at -6 (Bond and Henderson 1963).
+_FULL_MOON, _FADES = 2.5e-6, 0.023
 
 
 def lights_and_seasons(
@@ -63,3 +70,11 @@ def halvings(pixel: Array, texel: float) -> IndexArray:
     """Of an image whose texels are so long, for pixels of such edges [m]; 0 beside the planet."""
     steps = np.rint(np.log2(np.maximum(pixel / texel, 1.0)))
     return np.minimum(steps, LEVELS - 1).astype(np.int64)
+
+
+def moonlit_below(planet: PlanetView) -> float:
+    """Sine of the Sun's height below which the Moon is 1e-4 of the light and more."""
+    if planet.moonlight is None:
+        return -1.0
+    share = float(planet.moonlight.irradiance.sum() / max(planet.sun_irradiance.sum(), 1e-30))
+    return DUSK + _FADES * float(np.log(max(share, 1e-30) / _FULL_MOON))
