@@ -45,6 +45,7 @@ struct Receiver {
     float slack;   // by so much rounding moves a height [m]
     float tilt;    // and by so much for each texel of distance
     float lift;    // and the triangle itself so far below that surface [m]
+    float exact;   // so far from its plane a map may show the triangle [m]
 };
 
 // The casters over a receiver at one texel: heights [m] above the receiver.
@@ -104,6 +105,9 @@ Receiver receiver_at(SunMap map, vec3 here, vec3 n) {
     r.tilt = 0.002 * map.texel * (1.0 + bounded * bounded);
     r.slack = 1e-6 * map.depth + r.tilt * (1.0 + 8.0 * offset_texels);
     r.lift = LIFT * map.texel * sqrt(1.0 + grade * grade);
+    // The triangle's own plane comes from its corners: in the depths a few bits are lost, and in the
+    // place on the map a ten thousandth of a texel.
+    r.exact = 2e-7 * map.depth + 2e-4 * map.texel * grade;
     return r;
 }
 
@@ -121,7 +125,7 @@ float receiver_plane(Receiver r, vec2 offset) {
 bool beyond_receiver(Receiver r, float high, float plane, vec2 offset) {
     float slack = r.slack + r.tilt * (abs(offset.x) + abs(offset.y));
     float over = high + r.lift + slack - plane;
-    return over > 2.0 * slack || over < -2.0 * slack - 1.5 / LIFT * r.lift;
+    return over > r.exact || over < -2.0 * slack - 1.5 / LIFT * r.lift;
 }
 
 // reach : texels per metre of height to the disc's edge
