@@ -15,12 +15,9 @@ import numpy as np
 
 from simgl.arrays import Array
 
-# The continued fraction of its tangent has no large terms, so the columns of the samples spread
-# evenly at every scale. Nor do they keep step with every second pixel, which is what a filter of a
-# colour mosaic sees: at five samples per pixel two pixels are 4.14 columns and 1.68 rows. Found by
-# search. At a tangent of sqrt(5) - 2, as good for all pixels, two pixels are 1.03 rows, and edges
-# in red and blue pixels are wrong by more than twice as much.
-ANGLE = float(np.radians(22.1))
+# The continued fraction of sqrt(5) - 2, [0; 4, 4, 4, ...], has no large terms, so the columns of
+# the samples spread evenly at every scale.
+ANGLE = float(np.arctan(np.sqrt(5.0) - 2.0))
 
 # A unit square holds at least one sample if the grid's covering radius, 1 / sqrt(2 n), is below
 # one half: n > 2. Fewer than five leave edges coarse.
