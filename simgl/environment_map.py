@@ -18,7 +18,7 @@ too: with m odd the six axes are points of the map, and bilinear interpolation i
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
@@ -107,6 +107,22 @@ def cube_cell(directions: Array, n: int) -> IndexArray:
         np.clip((0.5 * (place + 1.0) * n).astype(np.int64), 0, n - 1) for place in (across, down)
     )
     return (face * n + row) * n + column
+
+
+def with_faces_drawn_out(radiance: Array32, texels: Sequence[int]) -> Array32:
+    """(6, n, n, 4) radiance of which each face so far fills its first rows and columns.
+
+    texels : rows and columns of each face, n or a whole part of it
+    """
+    n = radiance.shape[1]
+    if min(texels) == n:
+        return radiance
+    return np.stack(
+        [
+            face[:edge, :edge].repeat(n // edge, axis=0).repeat(n // edge, axis=1)
+            for face, edge in zip(radiance, texels, strict=True)
+        ]
+    )
 
 
 def with_small_light(radiance: Array32, direction: Array32, irradiance: Array32) -> Array32:

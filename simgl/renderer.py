@@ -12,7 +12,7 @@ import numpy as np
 from simgl.arrays import Array, Array32
 from simgl.camera.camera import Camera
 from simgl.camera.pinhole_fields import pinhole_fields
-from simgl.environment_map import SkyRadiance, with_small_light
+from simgl.environment_map import SkyRadiance, with_faces_drawn_out, with_small_light
 from simgl.errors import ConfigError
 from simgl.gpu.context import current, is_software
 from simgl.gpu.release import all_or_nothing, release_all
@@ -282,7 +282,8 @@ class Renderer:
             texels = view.texels
             target = self._targets.of("sky", (texels, 6 * texels), _BANDS)
             self._planet.draw_sky(view, target.framebuffer)
-            radiance = target.read().reshape(6, texels, texels, 4)
+            drawn = target.read().reshape(6, texels, texels, 4)
+            radiance = with_faces_drawn_out(drawn, view.face_texels)
             if view.moon is not None:
                 radiance = with_small_light(radiance, view.moon.direction, view.moon.irradiance)
             self._probes.add(view, SkyRadiance(radiance=radiance))

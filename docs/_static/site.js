@@ -1,5 +1,5 @@
 // What the theme leaves out: names and levels for screen readers, keyboard access to what scrolls,
-// and the list of versions beside this one.
+// cells that hold a sentence, and the list of versions beside this one.
 "use strict";
 
 // Another element in the place of one, with its content.
@@ -23,6 +23,9 @@ function completeMarkup() {
         if (head.textContent.trim() === "") {
             replaceTag(head, "td");
         }
+    });
+    document.querySelectorAll("td").forEach((cell) => {
+        cell.classList.toggle("sentence", cell.textContent.trim().length > 40);
     });
     // Signatures over several lines are lists of parameters, not of terms.
     document.querySelectorAll("dt > dl").forEach((list) => {

@@ -18,12 +18,13 @@ from simgl import Capture, Product, SimglError, Simulator, display_from_radiance
 from simgl.arrays import Array, Image8
 from simgl.cli_progress import activity
 from simgl.figure_style import LIGHT_MAP
+from simgl.images import display_gain
 from simgl.output import check_writable, complete_file
 
 SCENE = Path(__file__).with_name("scene.toml")
 # From the epoch: five minutes of sunlight, the shadow of 35, and five more [min].
-MINUTES = range(25, 72)
-FRAME_MS = 160
+MINUTES = range(30, 78, 2)
+FRAME_MS = 250
 # Of the colours [K].
 COLD, WARM = 200.0, 350.0
 SIZE = 480, 384
@@ -81,11 +82,15 @@ def _panel(visible: Capture, infrared: Capture, minute: int, sunlit: float) -> I
     assert visible.radiance is not None
     assert infrared.thermal is not None
     kelvin = infrared.thermal.brightness_temperature
-    images = [display_from_radiance(visible.radiance.radiance), _coloured(kelvin)]
+    # By moonlight a camera exposes for longer.
+    seen = visible.radiance.radiance
+    gain = display_gain(seen)
+    images = [display_from_radiance(seen, gain), _coloured(kelvin)]
     sheet = Image.new("RGB", (2 * SIZE[0] + 5 * _BAR, SIZE[1] + _LINE), "black")
     pen, font = ImageDraw.Draw(sheet), ImageFont.load_default(size=0.65 * _LINE)
     light = "sunlight" if sunlit > 0.99 else "Earth's shadow" if sunlit < 0.01 else "penumbra"
-    names = f"{minute} min, {light}: visible", "7.5 to 13.5 um, brightness temperature"
+    left = f"{minute} min, {light}: visible, gain {gain:,.0f}"
+    names = left, "7.5 to 13.5 um, brightness temperature"
     for column, (picture, name) in enumerate(zip(images, names, strict=True)):
         small = Image.fromarray(picture).resize(SIZE, Image.Resampling.LANCZOS)
         sheet.paste(small, (column * SIZE[0], _LINE))

@@ -1,6 +1,6 @@
 // The triangles of a mesh.
 
-uniform usampler2D triangle_corners;    // indices of the corners
+uniform usampler2D triangle_corners;    // indices of the corners; material
 // The number of the smooth surface, from 1 on; from bit 21 on the curvature, the upper bits of a float
 // from 2^-16 on.
 uniform usampler2D triangle_surfaces;
@@ -13,6 +13,10 @@ ivec2 table_place(uint row) {
 
 uvec3 corners_of(uint triangle) {
     return texelFetch(triangle_corners, table_place(triangle), 0).xyz;
+}
+
+uint material_of_triangle(uint triangle) {
+    return texelFetch(triangle_corners, table_place(triangle), 0).w;
 }
 
 // The number of a triangle's smooth surface.

@@ -50,8 +50,8 @@ void main() {
 #ifdef EARTH_MAPS
     vec2 on_map = vec2(atan(n.y, n.x) / (2.0 * PI) + 0.5, 0.5 - atan(n.z, max(length(n.xy), 1e-4)) / PI);
     float footprint = planet_km * t / (intrinsics.x * sqrt(max(cosine, 0.05)));
-    vec2 levels = max(log2(footprint / vec2(map_texel_km, chart_texel_km)), 0.0);
-    vec4 form = textureLod(form_map, on_map, levels.x);
+    vec2 levels = log2(footprint / vec2(map_texel_km, chart_texel_km));
+    vec4 form = textureLod(form_map, on_map, levels.x - map_halvings.y);
     float across_km = clamp(footprint, 0.4, 42.0);
     land = clamp(0.5 - (form.z - 128.0 / 255.0) * (255.0 / 6.0) / across_km, 0.0, 1.0);
 #endif
@@ -61,8 +61,8 @@ void main() {
         vec2 below = mix(black_body(temperature - air_colder), black_body(temperature), to_space);
 #ifdef EARTH_MAPS
         // Clouds absorb half of what they scatter in visible light.
-        vec4 weather = textureLod(weather_map, on_map, levels.x);
-        float halving = chart_level(levels.y);
+        vec4 weather = textureLod(weather_map, on_map, levels.x - map_halvings.z);
+        float halving = chart_level(max(levels.y, 0.0));
         vec4 kinds = cloud_kinds(weather.w), shares = kinds * kinds;
         float noise = clouds_noise(spot_on(on_map, n), halving, kinds);
         float resolved = dot(shares, cloud_variance[int(halving)]);

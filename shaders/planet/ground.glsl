@@ -18,6 +18,9 @@
 #ifdef REGOLITH
 #include "planet/regolith.glsl"
 #endif
+#ifdef EARTH_MAPS
+#include "planet/wind.glsl"
+#endif
 
 #ifndef SEA
 uniform sampler2D land_map;   // square roots of reflectance R, G, B, N
@@ -145,6 +148,14 @@ struct Sea {
     vec4 glint;
 };
 
+// Mean square slope of the waves at a place: by the wind there where it may change the glint.
+float slope_variance_at(Place here) {
+    vec3 half_way = normalize(sun_direction_itrf.xyz + here.view);
+    float cosine = max(dot(half_way, here.normal), 0.05);
+    if (wind_varies == 0.0 || 1.0 / (cosine * cosine) - 1.0 > 9.0 * wave_slope_variance) return wave_slope_variance;
+    return 0.003 + (wave_slope_variance - 0.003) * wind_at(here.normal, here.footprint);
+}
+
 Sea sea_at(Place here) {
     float mu_view = max(dot(here.normal, here.view), 0.0);
 #ifdef AIR_INSIDE
@@ -154,13 +165,13 @@ Sea sea_at(Place here) {
 #endif
 #ifdef BANDS
     sky *= water_mirror;
-    float waves = glint(here.normal, sun_direction_itrf.xyz, here.view, wave_slope_variance);
+    float waves = glint(here.normal, sun_direction_itrf.xyz, here.view, slope_variance_at(here));
     return Sea(water_body / PI * (here.direct * here.lit + here.diffuse) + sky * sky_in_waves(mu_view),
                here.direct * waves * water_mirror);
 #else
     return Sea(water_body / PI * (here.direct * here.lit + here.diffuse) + sky * sky_in_waves(mu_view),
                here.direct
-               * glint(here.normal, sun_direction_itrf.xyz, here.view, wave_slope_variance));
+               * glint(here.normal, sun_direction_itrf.xyz, here.view, slope_variance_at(here)));
 #endif
 }
 

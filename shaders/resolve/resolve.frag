@@ -49,7 +49,7 @@ struct Sum {
 };
 
 #ifdef SOFT
-const int MOST_CELLS = cell_shares.length() / 3;   // along the edge of a pixel
+const int MAX_CELLS = cell_shares.length() / 3;   // along the edge of a pixel
 #endif
 
 const Sum NOTHING = Sum(vec4(0.0), Share(0.0), Share(0.0));
@@ -87,11 +87,10 @@ Sum cell_sum(ivec2 cell) {
 }
 
 #ifdef SOFT
-// Share of a sample by its distance from the pixel's middle [px].
+// Share of a sample by its distance from the pixel's middle [px], times the square of the ramps.
 vec4 share_at(vec2 off) {
-    vec4 outer = 0.5 * (1.0 + ramps), most = min(vec4(1.0), ramps);
-    return clamp(outer - abs(off.x), vec4(0.0), most) * clamp(outer - abs(off.y), vec4(0.0), most)
-         / (ramps * ramps);
+    vec4 outer = 0.5 * (1.0 + ramps), peak = min(vec4(1.0), ramps);
+    return clamp(outer - abs(off.x), vec4(0.0), peak) * clamp(outer - abs(off.y), vec4(0.0), peak);
 }
 #endif
 
@@ -172,8 +171,13 @@ void main() {
         }
         add(sum, row);
     }
+#ifdef SOFT
+    radiance = sum.light / (count * ramps * ramps);
+    share = sum.covered / (count * ramps * ramps);
+#else
     radiance = sum.light / count;
     share = vec4(sum.covered / count);
+#endif
 }
 #else
 // Which of four groups hold a sample; the place of that among them.
@@ -298,7 +302,7 @@ void main() {
             // Beyond the tile's samples as at their edge.
             ivec2 known = clamp(pixel + offset, ivec2(core.xy), ivec2(core.zw) - 1);
             ivec2 corner = cells_per_pixel * (known - offset - ivec2(tile_origin));
-            vec4 all_of_it = cell_shares[MOST_CELLS + i] * cell_shares[MOST_CELLS + j];
+            vec4 all_of_it = cell_shares[MAX_CELLS + i] * cell_shares[MAX_CELLS + j];
             Sum one = soft_sum(corner + ivec2(i, j), all_of_it);
             lit = lit || any(greaterThan(one.covered, vec4(0.0)));
             bare = bare || all(equal(one.covered, vec4(0.0)));

@@ -12,6 +12,6 @@ bool is_patterned(uint material) {
 
 // Whether a material is more than one reflection law, the same all over.
 bool is_layered(uint material) {
-    return material_layers[material].x > 0.0 || material_law[material].w > 0.5
-        || is_patterned(material);
+    uint word = material < 32u ? layered_materials.x : layered_materials.y;
+    return (word >> (material & 31u) & 1u) == 1u;
 }

@@ -46,8 +46,16 @@ def _closest(camera: Camera) -> Ramps:
     errors = [_errors(camera, band) for band in range(4 if spread.diffraction else 1)]
     if all(of_band[0] < _EXACT for of_band in errors):
         return SHARP
-    red, *others = (float(_WIDTHS[1 + np.argmin(of_band[1:])]) for of_band in errors)
-    green, blue, infrared = others or (red, red, red)
+    if len(errors) == 1:
+        width = float(_WIDTHS[1 + np.argmin(errors[0][1:])])
+        return width, width, width, width
+    # Not narrower for longer wavelengths: where diffraction leaves any width right, kernels that
+    # are mixed from those of two bands need ramps alike.
+    widths, narrowest = [0.0] * 4, 1
+    for band in np.argsort(camera.detector.bands.channel_edges.mean(axis=1)).tolist():
+        narrowest += int(np.argmin(errors[band][narrowest:]))
+        widths[band] = float(_WIDTHS[narrowest])
+    red, green, blue, infrared = widths
     return red, green, blue, infrared
 
 

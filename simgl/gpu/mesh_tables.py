@@ -13,6 +13,8 @@ COLUMNS = 2048
 
 # Their number shares a word of 32 bits with others; two of more surfaces may have one number.
 _MAX_SURFACES = 2**20 - 1
+# Of a label, as in shaders/surface/layers.glsl.
+_MATERIAL = 63
 
 
 def table_rows(values: AnyArray) -> AnyArray:
@@ -42,7 +44,7 @@ def _short_float(values: AnyArray) -> IndexArray:
 class MeshTables:
     """The tables of one mesh.
 
-    corners : for each triangle the indices of its corners
+    corners : for each triangle the indices of its corners, and its material
     surfaces : for each the number of its smooth surface, from 1 on, and from bit 21 on its
         curvature; apart, since every sample asks for these
     vertices : for each vertex, a texel each: place and label; normal; with details place in the
@@ -71,7 +73,8 @@ class MeshTables:
         word = (surface % _MAX_SURFACES + 1) | _short_float(curvature) << 21
         self.surfaces = table(ctx, word.astype(np.uint32)[:, None])
         # Four channels: rows of three need not be aligned as drivers expect.
-        self.corners = table(ctx, np.pad(triangles, ((0, 0), (0, 1))).astype(np.uint32))
+        corners = np.column_stack([triangles, label[triangles[:, 2]] & _MATERIAL])
+        self.corners = table(ctx, corners.astype(np.uint32))
 
     def release(self) -> None:
         """Free everything."""

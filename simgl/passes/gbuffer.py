@@ -181,15 +181,14 @@ class GBufferPass:
     def _marks_for(self, variant: tuple[str, ...]) -> Screen:
         """The shader that marks the points of models of a variant."""
         layered = "LAYERED" in variant
-        variant = tuple(d for d in variant if layered and d in ("DETAILED", "LAYERED"))
+        variant = ("LAYERED",) * layered
         if variant not in self._marks:
-            tables = {"triangle_corners": _CORNERS_UNIT, "mesh_vertices": _VERTICES_UNIT}
             self._marks[variant] = point_shader(
                 self._ctx,
                 "gbuffer/marks",
                 MARKED,
                 [TILE, SPACECRAFT] + [MATERIALS] * layered,
-                _POINTS | (tables if layered else {}),
+                _POINTS | ({"triangle_corners": _CORNERS_UNIT} if layered else {}),
                 dict.fromkeys(variant, 1),
             )
         return self._marks[variant]

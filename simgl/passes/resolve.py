@@ -21,7 +21,7 @@ from simgl.sample_grid import MAX_SAMPLES, rotated_sample_grid
 from simgl.view.raster_tiles import RasterTile
 
 # Along the edge of a pixel.
-_MOST_CELLS = rotated_sample_grid(MAX_SAMPLES).cells_per_edge
+_MAX_CELLS = rotated_sample_grid(MAX_SAMPLES).cells_per_edge
 _RESOLVE = Block(
     "Resolve",
     5,
@@ -47,7 +47,7 @@ _RESOLVE = Block(
             # Width of the ramps in each band [px].
             ("ramps", "f4", 4),
             # Along an axis, the share in a pixel of each of its cells and of both neighbours'.
-            ("cell_shares", "f4", (3 * _MOST_CELLS, 4)),
+            ("cell_shares", "f4", (3 * _MAX_CELLS, 4)),
         ]
     ),
 )
@@ -194,11 +194,11 @@ def _distorted_box(tile: RasterTile, field: PinholeField, wider: int) -> tuple[i
 
 
 def _cell_shares(ramps: Array, cells: int) -> Array:
-    """(3 ``_MOST_CELLS``, 4) integral over each cell of a pixel's square softened by ramps.
+    """(3 ``_MAX_CELLS``, 4) integral over each cell of a pixel's square softened by ramps.
 
     ramps : (4,) [px]; cells : along the edge of a pixel, whose first is in the middle third
     """
-    edges = (np.arange(3 * _MOST_CELLS + 1) - _MOST_CELLS)[:, None] / cells - 0.5
+    edges = (np.arange(3 * _MAX_CELLS + 1) - _MAX_CELLS)[:, None] / cells - 0.5
     outer, inner = 0.5 * (1.0 + ramps), 0.5 * (1.0 - ramps)
     rise = [np.maximum(edges + at, 0.0) ** 2 for at in (outer, inner, -inner, -outer)]
     below = (rise[0] - rise[1] - rise[2] + rise[3]) / (2.0 * ramps)

@@ -176,6 +176,9 @@ MATERIALS = Block(
             ("material_images", "f4", (MAX_MATERIALS, 4)),
             # Scale of the normal map, coverage, coverage below which nothing is there.
             ("material_image_use", "f4", (MAX_MATERIALS, 4)),
+            # A bit for each that is more than one reflection law: an element of an array costs
+            # every sample a load of its own.
+            ("layered_materials", "u4", 4),
         ]
     ),
 )
@@ -365,4 +368,7 @@ def material_values(
             )
             values["material_gap_reflectance"][row] = cells.gap_reflectance
             values["material_metal_reflectance"][row] = cells.metal_reflectance
+    layered = np.zeros(128, dtype=bool)
+    layered[: len(materials)] = [material.layered for material in materials]
+    values["layered_materials"] = np.packbits(layered, bitorder="little").view("<u4")
     return values

@@ -87,7 +87,15 @@ def read_earth(
     else:
         wind, clouds, maps = _read_maps(table, where, base)
         frost = maps.land is None if table.ice_and_snow is None else table.ice_and_snow
-        earth = Earth(bands=bands, air=air, wind=wind, clouds=clouds, maps=maps, frost=frost)
+        earth = Earth(
+            bands=bands,
+            air=air,
+            wind=wind,
+            wind_varies=table.wind_m_s is None,
+            clouds=clouds,
+            maps=maps,
+            frost=frost,
+        )
         earth = _at_night(earth, table, where, fixed_sun=isinstance(sun, SunInDirection))
     if table.shape == "sphere":
         if table.radius_km is None:

@@ -96,7 +96,7 @@ class EarthTable(Table, frozen=True, kw_only=True):
     atmosphere : "standard", "source" (the lighting study's own set) or "none"; default "standard"
         with WGS84 and "none" with a sphere. What scatters and dims light over the ground, at the
         limb, before spacecraft inside it, and on sunlight's way past the Earth
-    wind_m_s : over the sea
+    wind_m_s : over the sea, the same everywhere; omitted, about 7 and changing from place to place
     ice_and_snow : sea ice and snow by the season; omitted, with the shipped land
     moonlight, airglow : what lights an Earth with maps at night, and the glow of its air; omitted,
         both are there, unless the Sun is fixed by hand

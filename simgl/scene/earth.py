@@ -100,6 +100,7 @@ class Earth:
         albedo of a Lambertian globe of ``albedo``
     air : atmosphere; None for a bare ellipsoid
     wind : speed 12.5 m above the sea, which roughens it [m s-1]
+    wind_varies : from place to place, about that mean
     clouds : None for a clear day everywhere
     frost : sea ice and snow on land change with the seasons
     moonlight, airglow : the Moon, and the glow of the atmosphere, light ground and clouds at night;
@@ -115,6 +116,7 @@ class Earth:
     regolith: Regolith | None = None
     air: Air | None = None
     wind: float = 7.0
+    wind_varies: bool = False
     clouds: Clouds | None = None
     frost: bool = False
     moonlight: bool = False

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import sparse
 
 from simgl.arrays import Array, Mask
 from simgl.environment_map import cube_cell, cube_directions, cube_solid_angles
@@ -23,8 +24,10 @@ from simgl.thermal.view_factors import CELLS_ACROSS, absorbed_light
 # cover (Loeb et al. 2018, rounded).
 _CLEAR_ALBEDO, _USUAL_ALBEDO = 0.15, 0.30
 
-# Directions in a cell of the sky along each edge, over which its radiance is averaged.
+# Directions in a cell of the sky along each edge, over which its radiance is averaged, and along
+# the edge of a cube.
 _FINER = 4
+SKY_CELLS = CELLS_ACROSS * _FINER
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -41,24 +44,52 @@ class HeatLoads:
     heat: Array
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class OuterLight:
+    """(p,) light on the patches of a body from Sun and Earth; see ``HeatLoads``."""
+
+    sunlight: Array
+    albedo: Array
+    earth_infrared: Array
+
+
+def outer_light(
+    body: ThermalBody, state: SceneState, hidden: sparse.csr_matrix | None = None
+) -> OuterLight:
+    """What Sun and Earth send to a body in a scene.
+
+    hidden : (p, cells) shares of the patches' hemispheres that other bodies cover
+    """
+    albedo, infrared = np.zeros(body.patch_count), np.zeros(body.patch_count)
+    sunlight = _sunlight(body, state, state.bodies[body.name])
+    if state.earth is not None:
+        albedo, infrared = _earthlight(body, state, state.earth, hidden)
+    return OuterLight(sunlight=sunlight, albedo=albedo, earth_infrared=infrared)
+
+
 def heat_loads(body: ThermalBody, state: SceneState) -> HeatLoads:
     """The heat of a body in a scene.
 
     Form factors are those of the stored joints; what comes from Sun and Earth follows the joints.
-    Light from and shadows of other spacecraft: their shadows only.
+    Of other spacecraft their shadows only; for more see ``scene_heat_loads``.
     """
-    seen = state.bodies[body.name]
-    posed = seen.model.posed_mesh
-    count = body.patch_count
-    sunlight = _sunlight(body, state, seen, posed)
-    albedo, infrared = np.zeros(count), np.zeros(count)
-    if state.earth is not None:
-        albedo, infrared = _earthlight(body, state, state.earth)
-    solar = absorbed_light(body.views, body.absorptance, sunlight + albedo)
-    warm = absorbed_light(body.views, body.emissivity, infrared)
+    count, light = body.patch_count, outer_light(body, state)
+    solar = absorbed_light(body.views, body.absorptance, light.sunlight + light.albedo)
+    warm = absorbed_light(body.views, body.emissivity, light.earth_infrared)
     heat = body.power.copy()
     heat[:count] += body.patches.areas * (solar + warm)
-    return HeatLoads(sunlight=sunlight, albedo=albedo, earth_infrared=infrared, heat=heat)
+    return HeatLoads(
+        sunlight=light.sunlight,
+        albedo=light.albedo,
+        earth_infrared=light.earth_infrared,
+        heat=heat,
+    )
+
+
+def body_motion(body: ThermalBody, state: SceneState) -> Array:
+    """(groups, 4, 4) body_from_stored of a body's rigid groups."""
+    posed = state.bodies[body.name].model.posed_mesh
+    return _motion(posed, int(body.group.max(initial=0)) + 1)
 
 
 def _motion(posed: PosedMesh, groups: int) -> Array:
@@ -66,8 +97,9 @@ def _motion(posed: PosedMesh, groups: int) -> Array:
     return np.tile(np.eye(4), (groups, 1, 1)) if posed.motion is None else posed.motion
 
 
-def _sunlight(body: ThermalBody, state: SceneState, seen: BodyState, posed: PosedMesh) -> Array:
+def _sunlight(body: ThermalBody, state: SceneState, seen: BodyState) -> Array:
     """(p,) direct sunlight on the patches, past the Earth and what stands before it [W m-2]."""
+    posed = seen.model.posed_mesh
     place = seen.pose.position
     sun = state.sun.seen_from(place)
     irradiance = total_sunlight(sun.irradiance) * state.sunlit_share(place)
@@ -144,7 +176,9 @@ def bond_albedo(earth: Earth, irradiance: Array) -> float:
     return min(_CLEAR_ALBEDO + (_USUAL_ALBEDO - _CLEAR_ALBEDO) * share, 1.0)
 
 
-def _earthlight(body: ThermalBody, state: SceneState, earth: EarthState) -> tuple[Array, Array]:
+def _earthlight(
+    body: ThermalBody, state: SceneState, earth: EarthState, hidden: sparse.csr_matrix | None
+) -> tuple[Array, Array]:
     """(p,) reflected sunlight and long-wave radiation of the Earth on the patches [W m-2].
 
     The long-wave flux is that of the climate by latitude and season which thermal images show.
@@ -160,21 +194,25 @@ def _earthlight(body: ThermalBody, state: SceneState, earth: EarthState) -> tupl
         flux = outgoing_longwave(ground.normal[:, 2], day)
         return np.stack([sunlit, flux / np.pi * ground.met], axis=1)
 
-    albedo, infrared = light_of_sky(body, state, radiances).T
+    albedo, infrared = light_of_sky(body, state, radiances, hidden).T
     return albedo, infrared
 
 
 def light_of_sky(
-    body: ThermalBody, state: SceneState, radiances: Callable[[Array], Array]
+    body: ThermalBody,
+    state: SceneState,
+    radiances: Callable[[Array], Array],
+    hidden: sparse.csr_matrix | None = None,
 ) -> Array:
     """(p, m) light of the sky on the patches, where the body leaves it free.
 
     radiances : of m lights along lines of sight (k, 3), ICRF, from the body: (k, m)
+    hidden : (p, cells) shares of the patches' hemispheres that other bodies cover
 
     Each cell of the sky has its mean radiance. It is evaluated once, on a cube in ICRF axes.
     """
     seen = state.bodies[body.name]
-    fine = CELLS_ACROSS * _FINER
+    fine = SKY_CELLS
     directions = cube_directions(fine).reshape(-1, 3)
     weight = np.tile(cube_solid_angles(fine).ravel(), 6)[:, None]
     light = radiances(directions)
@@ -189,7 +227,7 @@ def light_of_sky(
         turned = light[cube_cell(directions @ R_icrf_from_stored.T, fine)]
         mean = _cell_sums(weight * turned) / _cell_sums(weight)
         lights[chosen] = np.pi * (body.views.sky[chosen] @ mean)
-    return lights
+    return lights if hidden is None else np.maximum(lights - np.pi * (hidden @ light), 0.0)
 
 
 def _cell_sums(values: Array) -> Array:

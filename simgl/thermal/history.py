@@ -46,10 +46,16 @@ class ThermalState:
 
 def steady_state(body: ThermalBody, state: SceneState) -> ThermalState:
     """What a body's temperatures would be, had the scene stood as it is for ever."""
-    loads = heat_loads(body, state)
+    return steady_under(body, heat_loads(body, state), state.tai_ns)
+
+
+def steady_under(
+    body: ThermalBody, loads: HeatLoads, tai_ns: int, start: Array | None = None
+) -> ThermalState:
+    """The same under known heat; start : (n,) first guess [K]."""
     return ThermalState(
-        tai_ns=state.tai_ns,
-        temperatures=body.network.steady(loads.heat),
+        tai_ns=tai_ns,
+        temperatures=body.network.steady(loads.heat, start),
         sunlight=loads.sunlight,
         heat=loads.heat,
         history="steady",
@@ -62,12 +68,13 @@ def advanced(body: ThermalBody, before: ThermalState, state: SceneState) -> Ther
 
     Raises SimglError for a scene that is not later.
     """
-    return _advanced(body, before, heat_loads(body, state), state.tai_ns)
+    return advanced_under(body, before, heat_loads(body, state), state.tai_ns)
 
 
-def _advanced(
+def advanced_under(
     body: ThermalBody, before: ThermalState, loads: HeatLoads, tai_ns: int
 ) -> ThermalState:
+    """The same under known heat."""
     seconds = 1e-9 * (tai_ns - before.tai_ns)
     if seconds <= 0.0:
         raise SimglError(f"temperatures go on from an earlier time, not from {-seconds:g} s later")
@@ -123,7 +130,7 @@ def thermal_history(
     )
     yield state
     for light, end in zip(loads[1:], ends[1:], strict=True):
-        state = _advanced(body, state, light, end)
+        state = advanced_under(body, state, light, end)
         yield state
 
 

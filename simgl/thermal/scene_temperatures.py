@@ -6,18 +6,23 @@ import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from simgl.errors import SimglError
 from simgl.lru_cache import LruCache
 from simgl.progress import ProgressCallback, begin_stage
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import SceneState
+from simgl.thermal.between_bodies import neighbours, scene_heat_loads
 from simgl.thermal.body import ThermalBody, thermal_body
-from simgl.thermal.history import ThermalState, advanced, steady_state
+from simgl.thermal.history import ThermalState, advanced_under, steady_state, steady_under
 
 # By spacecraft.
 Temperatures = Mapping[str, ThermalState]
 # Spacecraft whose networks stay, and steps of a history.
 _MANY, _STEPS = 64, 256
+# Steady states of bodies near each other agree to this [K], after so many rounds at most.
+_AGREED, _ROUNDS = 0.005, 100
 # Temperatures that are remembered by name.
 _NAMED, _NAMED_BYTES = 4096, 256 << 20
 
@@ -64,18 +69,40 @@ class ThermalBodies:
         return self._bodies.get((name, stored.mesh.digest, stored.surface_digest), make)
 
     def steady(self, state: SceneState) -> Temperatures:
-        """What the temperatures would be, had the scene stood as it is for ever."""
-        return {n: steady_state(self.of(n, b.model), state) for n, b in state.bodies.items()}
+        """What the temperatures would be, had the scene stood as it is for ever.
+
+        Bodies near each other warm each other: their steady states are repeated until they agree.
+        """
+        bodies = self._all(state)
+        found = {name: steady_state(body, state) for name, body in bodies.items()}
+        near = neighbours(bodies, state)
+        for _ in range(_ROUNDS if near.hidden else 0):
+            before = {name: found[name].temperatures for name in bodies}
+            loads = scene_heat_loads(bodies, state, before, near)
+            for name in near.hidden:
+                start = before[name]
+                found[name] = steady_under(bodies[name], loads[name], state.tai_ns, start)
+            change = (found[name].temperatures - before[name] for name in near.hidden)
+            if max(float(np.abs(one).max()) for one in change) < _AGREED:
+                break
+        return found
 
     def advanced(self, before: Temperatures, state: SceneState) -> Temperatures:
         """The temperatures in a later scene of the same spacecraft.
 
-        Raises SimglError for a scene that is not later.
+        Those near each other are warmed by the others' temperatures before the step. Raises
+        SimglError for a scene that is not later.
         """
+        bodies = self._all(state)
+        earlier = {name: before[name].temperatures for name in bodies}
+        loads = scene_heat_loads(bodies, state, earlier)
         return {
-            name: advanced(self.of(name, body.model), before[name], state)
-            for name, body in state.bodies.items()
+            name: advanced_under(body, before[name], loads[name], state.tai_ns)
+            for name, body in bodies.items()
         }
+
+    def _all(self, state: SceneState) -> dict[str, ThermalBody]:
+        return {name: self.of(name, body.model) for name, body in state.bodies.items()}
 
 
 class RememberedTemperatures:

@@ -5,9 +5,9 @@ The passes draw it (simgl/passes/thermal.py, simgl/passes/background/infrared_ea
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from simgl.physics.earth_infrared import Emission, InfraredAir
 from simgl.physics.thermal_radiation import band_photon_radiance, band_radiance
 from simgl.scene.posed_mesh import PosedMesh
 from simgl.scene.state import SceneState
+from simgl.thermal.between_bodies import Neighbours, neighbours, reflected_between
 from simgl.thermal.body import ThermalBody
 from simgl.thermal.ground_seen import (
     day_of_year,
@@ -30,9 +31,8 @@ from simgl.thermal.history import ThermalState
 from simgl.thermal.network import SPACE_TEMPERATURE
 from simgl.thermal.scene_temperatures import history_of, name_of
 
-# Light goes on between patches until a reflection adds less than this share of the brightest one,
-# at most so often.
-_DARK, _MAX_BOUNCES = 1e-5, 1000
+# Light goes on between patches until a reflection adds less than this share of the brightest one.
+_DARK = 1e-5
 # Planck's law is looked up at so many temperatures up to the highest [K]: 1e-5 at 300 K in 3 to
 # 5 um.
 PLANCK_STEPS, HOTTEST = 4096, 1024.0
@@ -93,14 +93,14 @@ def thermal_view(state: SceneState, detector: InfraredDetector, bodies: Bodies) 
 
     bodies : every spacecraft with its temperatures
 
-    A patch sends emissivity times Planck's law, and reflects diffusely what the Earth, the Sun and
-    other patches of its body send in the band. Temperatures are means at the corners of triangles
-    of one part and material, and go over from one to the next.
+    A patch sends emissivity times Planck's law, and reflects diffusely what the Earth, the Sun, and
+    other patches of its body and of bodies near it send in the band. Temperatures are means at the
+    corners of triangles of one part and material, and go over from one to the next.
     """
     emissions = detector.watts, detector.emission
     watts, counted = (float(e(np.array(SPACE_TEMPERATURE))) for e in emissions)
     return ThermalView(
-        lights={name: _light(state, body, of, detector) for name, (body, of) in bodies.items()},
+        lights=_lights(state, bodies, detector),
         planck=_planck(detector.table.kind, detector.band),
         space=(watts, counted),
         earth=_earth(state, detector),
@@ -141,35 +141,71 @@ def _earth(state: SceneState, detector: InfraredDetector) -> InfraredEarth | Non
     )
 
 
-def _light(
-    state: SceneState, body: ThermalBody, thermal: ThermalState, detector: InfraredDetector
-) -> ThermalLight:
-    count = body.patch_count
+def _lights(
+    state: SceneState, bodies: Bodies, detector: InfraredDetector
+) -> dict[str, ThermalLight]:
+    """Every body, with what it reflects of the others near it."""
+    near = neighbours({name: body for name, (body, _) in bodies.items()}, state)
+    alone = Neighbours(factors={}, hidden={})
+    lights: dict[str, ThermalLight] = {}
+    for name in bodies.keys() - near.hidden.keys():
+        lights |= _reflected(state, {name: bodies[name]}, alone, detector)
+    if near.hidden:
+        together = {name: bodies[name] for name in near.hidden}
+        lights |= _reflected(state, together, near, detector)
+    return {name: lights[name] for name in bodies}
+
+
+def _reflected(
+    state: SceneState, bodies: Bodies, near: Neighbours, detector: InfraredDetector
+) -> dict[str, ThermalLight]:
     # A bolometer counts watts.
     emissions: list[Emission] = [detector.watts]
     if detector.table.kind == "photon":
         emissions.append(detector.emission)
-
-    def radiances(lines: Array) -> Array:
-        position = state.bodies[body.name].pose.position
-        return sky_radiance(state, position, lines, detector.band, emissions)
-
-    sky = light_of_sky(body, state, radiances)
-    rho = 1.0 - body.emissivity
+    skies = {}
+    for name, (body, _) in bodies.items():
+        position = state.bodies[name].pose.position
+        radiances = partial(_sky, state, position, detector, emissions)
+        skies[name] = light_of_sky(body, state, radiances, near.hidden.get(name)).T
     reflected = []
-    for emission, of_sky in zip(emissions, sky.T, strict=True):
-        sent = np.pi * body.emissivity * emission(thermal.temperatures[:count])
-        incoming = of_sky + thermal.sunlight * sunlight_in(emission, 1.0)
-        light = bounce = incoming + body.views.factors @ sent
-        for _ in range(_MAX_BOUNCES):
-            bounce = body.views.factors @ (rho * bounce)
-            light = light + bounce
-            if float(bounce.max()) <= _DARK * float(light.max()):
-                break
-        reflected.append(light / np.pi)
-    patches = np.stack(
-        [thermal.temperatures[:count], body.emissivity, reflected[0], reflected[-1]], axis=1
-    )
+    for number, emission in enumerate(emissions):
+        sent = {
+            name: np.pi * body.emissivity * emission(of.temperatures[: body.patch_count])
+            for name, (body, of) in bodies.items()
+        }
+        others = near.received(sent)
+        first = {
+            name: skies[name][number]
+            + of.sunlight * sunlight_in(emission, 1.0)
+            + body.views.factors @ sent[name]
+            + others.get(name, 0.0)
+            for name, (body, of) in bodies.items()
+        }
+        meshes = {name: body for name, (body, _) in bodies.items()}
+        rho = {name: 1.0 - body.emissivity for name, body in meshes.items()}
+        reflected.append(reflected_between(meshes, near, first, rho, _DARK))
+    return {
+        name: _at_vertices(state, body, of, [light[name] / np.pi for light in reflected])
+        for name, (body, of) in bodies.items()
+    }
+
+
+def _sky(
+    state: SceneState,
+    position: Array,
+    detector: InfraredDetector,
+    emissions: Sequence[Emission],
+    lines: Array,
+) -> Array:
+    return sky_radiance(state, position, lines, detector.band, emissions)
+
+
+def _at_vertices(
+    state: SceneState, body: ThermalBody, thermal: ThermalState, reflected: Sequence[Array]
+) -> ThermalLight:
+    kelvin = thermal.temperatures[: body.patch_count]
+    patches = np.stack([kelvin, body.emissivity, reflected[0], reflected[-1]], axis=1)
     posed = state.bodies[body.name].model.posed_mesh
     return ThermalLight(
         mesh=PosedMesh(mesh=body.mesh, joints=posed.joints, motion=posed.motion),

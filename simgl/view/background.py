@@ -15,6 +15,7 @@ from simgl.arrays import Array, Array32
 from simgl.environment_map import DOWN, FORWARD, RIGHT
 from simgl.errors import ConfigError
 from simgl.physics.air_profile import AIR_TOP
+from simgl.physics.frames import cross, unit
 from simgl.physics.lunar_model import moonlight
 from simgl.physics.spectrum import Bands
 from simgl.scene.earth import Earth
@@ -23,14 +24,18 @@ from simgl.scene.star_catalogue import StarSky
 from simgl.scene.state import BodyState, CameraState, EarthState, SceneState, SunSeen
 from simgl.view.celestial import CelestialView, EarthCone, ImageCone, celestial
 
-# Texels along an edge of a sky's faces: under a high Sun; where the terminator may be all that is
-# lit; where that lies along the limb, in texels that a part of the Earth fills. At the terminator,
-# what the Sun's disc sends past it onto a plate that looks away, 3e-7 of full daylight, comes out
-# within 5 %; the light of a Lambertian Earth along the limb within 1 % or 0.0015 W m-2.
+# Texels along an edge of a sky's faces: under a high Sun and in the dark; where the terminator may
+# be all that is lit; of faces that see it along the limb, in texels that a part of the Earth fills.
+# At the terminator, what the Sun's disc sends past it onto a plate that looks away, 3e-7 of full
+# daylight, comes out within 5 %; the light of a Lambertian Earth along the limb within 1 % or
+# 0.0015 W m-2.
 SKY_TEXELS, TERMINATOR_TEXELS, LIMB_TEXELS = 64, 128, 256
 # From the horizontal, of a Sun that is high, of one that lights little but the limb, and, past the
 # limb, of one that leaves even high air dark [rad].
 _HIGH_SUN, _LIMB_SUN, _TWILIGHT = np.radians(5.0), np.radians(-9.0), np.radians(10.0)
+# Ground and air are lit along the limb, seen from the dark, at angles inside and outside it [rad]
+# and at so many places around the Earth.
+_LIT_BAND, _LIT_PLACES = np.radians([-25.0, -15.0, -7.0, 0.0, 4.0]), 90
 # Spacecraft see the same sky where the ground lies in directions this close [rad].
 _SAME_SKY = 1e-4
 
@@ -130,17 +135,22 @@ class SkyView:
 
     faces : six pinholes at the spacecraft whose sky it is, in its body axes; in the order of
         ``simgl.environment_map``
-    texels : along an edge of each
+    face_texels : along an edge of each
     R_sky_from_body : (3, 3) to those axes from the body axes of the spacecraft that sees it
     moon : None where the Moon gives no light, or is the main light and so no part of the sky
     key : equal keys mean equal faces and Moons
     """
 
     faces: tuple[Background, ...]
-    texels: int
+    face_texels: tuple[int, ...]
     R_sky_from_body: Array
     moon: MoonInSky | None
     key: tuple[object, ...]
+
+    @property
+    def texels(self) -> int:
+        """Along an edge of the finest face."""
+        return max(self.face_texels)
 
 
 # Of each state that is in use, by the spacecraft: all cameras and all that share a sky ask for it.
@@ -188,22 +198,24 @@ def _sky_around(state: SceneState, about: EarthState, name: str, owner: BodyStat
     earth = _earth_from(state, about, owner.pose.position, f"[spacecraft.{name}]")
     R_body_from_icrf = owner.pose.R_icrf_from_body.T
     seen = state.sun.seen_from(owner.pose.position)
-    texels = _sky_texels(earth.view)
-    half = 0.5 * texels
-    intrinsics = np.array([[half, 0.0, half], [0.0, half, half], [0.0, 0.0, 1.0]])
-    cone = ImageCone(float(np.arctan(np.sqrt(2.0))), 1.0 / half)
+    face_texels = _face_texels(earth, seen.direction_icrf, R_body_from_icrf)
     moonlit = replace(earth.view, moonlight=_moonlight(state, about))
     earth = replace(earth, view=moonlit)
-    stars = None if state.stars is None else _even_sky(half, state.stars, state.bands)
-    faces = tuple(
-        _background(intrinsics, axes @ R_body_from_icrf, cone, seen, earth, stars)
-        for axes in np.stack([RIGHT, DOWN, FORWARD], axis=1)
-    )
+
+    def face(axes: Array, texels: int) -> Background:
+        half = 0.5 * texels
+        intrinsics = np.array([[half, 0.0, half], [0.0, half, half], [0.0, 0.0, 1.0]])
+        cone = ImageCone(float(np.arctan(np.sqrt(2.0))), 1.0 / half)
+        stars = None if state.stars is None else _even_sky(half, state.stars, state.bands)
+        return _background(intrinsics, axes @ R_body_from_icrf, cone, seen, earth, stars)
+
+    axes = np.stack([RIGHT, DOWN, FORWARD], axis=1)
+    faces = tuple(face(one, texels) for one, texels in zip(axes, face_texels, strict=True))
     moon = _moon_in_sky(state, owner)
     parts = (*faces,) if moon is None else (*faces, moon)
     return SkyView(
         faces=faces,
-        texels=texels,
+        face_texels=face_texels,
         R_sky_from_body=np.eye(3),
         moon=moon,
         key=tuple(value for part in parts for value in _key(part)),
@@ -243,8 +255,33 @@ def _first_within(state: SceneState, body: BodyState, reach: float) -> BodyState
     )
 
 
+def _face_texels(earth: _EarthFrom, sun_icrf: Array, R_body_from_icrf: Array) -> tuple[int, ...]:
+    """Along the edges of a sky's faces, by what the Sun lights of the Earth that each sees."""
+    texels = _sky_texels(earth.view)
+    if texels < LIMB_TEXELS:
+        return (texels,) * len(FORWARD)
+    lit = _lit_limb(earth, sun_icrf) @ R_body_from_icrf.T @ FORWARD.T
+    # Within 45 deg along both edges, and some more.
+    sees = np.any(lit > 0.9 * lit.max(axis=1, keepdims=True), axis=0)
+    return tuple(LIMB_TEXELS if one else SKY_TEXELS for one in sees.tolist())
+
+
+def _lit_limb(earth: _EarthFrom, sun_icrf: Array) -> Array:
+    """(n, 3) directions, ICRF, to where the Sun lights the limb, or air over it."""
+    down = earth.direction_icrf
+    side = unit(cross(down, np.eye(3)[int(np.argmin(np.abs(down)))]))
+    turn = np.linspace(0.0, 2.0 * np.pi, _LIT_PLACES, endpoint=False)
+    around = np.cos(turn)[:, None] * side + np.sin(turn)[:, None] * cross(down, side)
+    limb = earth.within
+    # Vertical at the limb: at right angles to the line of sight.
+    vertical = np.cos(limb) * around - np.sin(limb) * down
+    around = around[vertical @ sun_icrf > -np.sin(_TWILIGHT)]
+    angle = limb + _LIT_BAND[:, None, None]
+    return (np.cos(angle) * down + np.sin(angle) * around).reshape(-1, 3)
+
+
 def _sky_texels(planet: PlanetView) -> int:
-    """Along an edge of a sky's faces, by what the Sun lights of the Earth that is seen there."""
+    """Along an edge of a sky's finest faces, by what the Sun lights of the Earth seen there."""
     place = planet.camera_in_sphere.astype(np.float64)
     distance = float(np.linalg.norm(place))
     sine = float(np.dot(place, planet.sun_direction_itrf)) / distance

@@ -307,3 +307,23 @@ def test_a_cloud_throws_its_shadow_away_from_the_sun(
         # The picture's edges are a pixel of 11 km wide, 3.5 of these pixels.
         middle = np.average(axis, weights=shadow)
         assert abs(middle - np.average(axis, weights=expected)) < 3.5
+
+
+def test_a_wind_that_differs_from_place_to_place_shows_in_the_glint_alone(
+    gl: moderngl.Context,
+) -> None:
+    place = (-20.0, -120.0)
+    even, varying = CLEAR | {"wind_m_s": 7.0}, CLEAR
+    seen = {}
+    # Below the Sun near the zenith stands the glint's middle, 85 deg off it none.
+    for name, sun in {
+        "glint": tilted_sun(place, 5.0, 90.0),
+        "off": tilted_sun(place, 85.0, 90.0),
+    }.items():
+        seen[name] = [looking_down(gl, place, sun, earth) for earth in (even, varying)]
+    np.testing.assert_array_equal(*seen["off"])
+    ratio = (seen["glint"][1] / seen["glint"][0])[..., 3]
+    # In its middle the glint falls with the slopes' variance, nine tenths of which are the
+    # wind's: an rms of 0.2, and calms of half the wind.
+    assert 0.03 < ratio.std() < 0.4
+    assert 0.6 < ratio.mean() < 1.6

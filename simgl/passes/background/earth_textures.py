@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import moderngl
 import numpy as np
 
 from simgl import assets
-from simgl.arrays import Array, Array32, Image8, IndexArray
+from simgl.arrays import Array, Image8, IndexArray
 from simgl.gpu.fullscreen import Texture
 from simgl.lru_cache import MANY, LruCache
 from simgl.passes.background.cloud_map import has_weather, weather_map
@@ -49,11 +49,11 @@ class Weather:
     """Clouds of an Earth.
 
     textures : in the order of ``WEATHER``
-    variance : (LEVELS, 4) of their noise, by halvings
+    of_block : what the block of the planet holds of them
     """
 
     textures: tuple[Texture, ...]
-    variance: Array32
+    of_block: Mapping[str, object]
 
 
 class EarthTextures:
@@ -133,7 +133,7 @@ class EarthTextures:
         """Its clouds; valid as long as ``of``."""
         textures = self.of(earth)
         chosen = tuple(textures[SAMPLERS.index(name)] for name in WEATHER)
-        return Weather(textures=chosen, variance=self.cloud_variance)
+        return Weather(textures=chosen, of_block=self.of_block)
 
     def prepare(self, earth: Earth, progress: ProgressCallback | None = None) -> None:
         """Make what no earlier run has made, so that no frame waits for it.

@@ -12,7 +12,6 @@ from simgl.gpu.uniform_blocks import Block, UniformBuffer
 from simgl.passes.background.earth_textures import WEATHER, Weather
 from simgl.passes.background.planet_blocks import PLANET, planet_values
 from simgl.physics.earth_infrared import shader_values
-from simgl.scene.noise_projection import LEVELS
 from simgl.thermal.thermal_view import ThermalView
 from simgl.view.background import Background
 
@@ -46,6 +45,10 @@ INFRARED_EARTH = Block(
 )
 
 
+# Of the block of the planet.
+_WITHOUT_MAPS = {"chart_variance": 0.0, "cloud_variance": 0.0, "map_halvings": 0.0}
+
+
 class InfraredEarthPass:
     """Fills an image with the band radiance of the Earth and of space."""
 
@@ -76,10 +79,8 @@ class InfraredEarthPass:
         if planet is None or earth is None:
             target.clear(*scene.space, 0.0, 0.0, viewport=area)
             return
-        variance = np.zeros((LEVELS, 4)) if weather is None else weather.variance
-        values = planet_values(background, planet, area, lamps=False)
-        # Hills and fibres are not drawn.
-        self._planet.write(values | {"chart_variance": 0.0, "cloud_variance": variance})
+        maps = _WITHOUT_MAPS if weather is None else weather.of_block
+        self._planet.write({**planet_values(background, planet, area, lamps=False), **maps})
         self._planet.bind()
         reflected = earth.air.reflectance / np.pi * np.array(earth.sunlight)
         climate = shader_values(earth.day, planet.earth.equatorial_radius)

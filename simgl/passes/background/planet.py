@@ -162,19 +162,23 @@ class PlanetPass:
             target.clear(0.0, 0.0, 0.0, 0.0, viewport=area)
 
     def draw_sky(self, sky: SkyView, target: moderngl.Framebuffer) -> None:
-        """Fill squares one below another with what the faces of a sky show [W m-2 sr-1]."""
-        edge = sky.texels
-        earths: list[_LitEarth] = []
-        for row, face in enumerate(sky.faces):
-            area = 0, row * edge, edge, edge
+        """Fill squares one below another with what the faces of a sky show [W m-2 sr-1].
+
+        A face of fewer texels fills the first rows and columns of its square.
+        """
+        by_texels: dict[int, list[_LitEarth]] = {}
+        for row, (face, edge) in enumerate(zip(sky.faces, sky.face_texels, strict=True)):
+            area = 0, row * sky.texels, edge, edge
             if face.celestial is not None:
                 target.clear(*face.celestial.radiance, viewport=area)
             if face.planet is None:
                 self.draw(face, target, area)
             else:
-                earths.append(self._sunlit(face, face.planet, target, area))
-        for earth, tiles in zip(earths, self._tiles(earths), strict=True):
-            self._draw_earth(earth, tiles)
+                sunlit = self._sunlit(face, face.planet, target, area)
+                by_texels.setdefault(edge, []).append(sunlit)
+        for earths in by_texels.values():
+            for earth, tiles in zip(earths, self._tiles(earths), strict=True):
+                self._draw_earth(earth, tiles)
 
     def _over(self, background: Background) -> State:
         return self.state if background.celestial is None else self.before

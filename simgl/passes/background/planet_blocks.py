@@ -81,6 +81,10 @@ PLANET = Block(
             # Of the airglow: rms of its waves over its mean, depth of its layers [km].
             ("glow_waves", "f4"),
             ("glow_depth_km", "f4"),
+            # 1 where the wind over the sea differs from place to place.
+            ("wind_varies", "f4"),
+            ("planet_padding", "f4"),
+            ("planet_padding2", "f4", 2),
         ]
     ),
 )
@@ -208,6 +212,7 @@ def planet_values(
         "air_from_below": albedo_from_below(earth.air) if earth.air else np.zeros(4),
         "year_share": planet.year_share,
         "glow_waves": earth.airglow_waves,
+        "wind_varies": float(earth.wind_varies),
         "glow_depth_km": 1e-3 * GLOW_DEPTH,
         "sodium_lamps": _lamps(_SODIUM_LAMPS, earth.bands) * lamps,
         "white_lamps": _lamps(_WHITE_LAMPS, earth.bands) * lamps,
