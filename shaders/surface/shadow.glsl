@@ -45,6 +45,7 @@ struct Receiver {
     float slack;   // by so much rounding moves a height [m]
     float tilt;    // and by so much for each texel of distance
     float lift;    // and the triangle itself so far below that surface [m]
+    float step;    // a step on it lower than this is low to the disc [m]
     float exact;   // so far from its plane a map may show the triangle [m]
 };
 
@@ -80,6 +81,24 @@ struct Around {
 // A receiver stands so far over its triangle [texels].
 const float LIFT = 0.25;
 
+// Height of a step, texels over the receiver's surface: up to the one it counts as low, from the other
+// on not.
+const float LOW_STEP = 1.0, HIGH_STEP = 3.0;
+
+// Height of one texel over the receiver's surface, along the light [m].
+float texel_height(Receiver r) { return r.lift / LIFT; }
+
+// Whether no caster stands over a receiver, nor over those on the same plane, in the texels up to
+// `reach` away: none stands over the plane that the map's cell holds (shadow/planes.frag).
+bool free_of_casters(sampler2D planes, SunMap map, Receiver r, float reach) {
+    ivec2 cell = clamp(ivec2(r.here.xy) >> 3, ivec2(0), ivec2((map.size >> 3) - 1));
+    vec3 over = texelFetch(planes, cell + ivec2(map.column >> 3, 0), 0).xyz;
+    vec2 place = r.here.xy - 8.0 * (vec2(cell) + 0.5);
+    vec2 slope = abs(map.depth * over.xy + r.slope);
+    float high = map.top - r.here.z - map.depth * (over.z + dot(over.xy, place)) + r.drop;
+    return reach <= 8.0 && high + reach * (slope.x + slope.y) <= r.slack;
+}
+
 // A receiver in a surface.
 //
 // here : column, row [texels] and height [m]; n : unit normal of the surface, in the light's axes
@@ -105,6 +124,7 @@ Receiver receiver_at(SunMap map, vec3 here, vec3 n) {
     r.tilt = 0.002 * map.texel * (1.0 + bounded * bounded);
     r.slack = 1e-6 * map.depth + r.tilt * (1.0 + 8.0 * offset_texels);
     r.lift = LIFT * map.texel * sqrt(1.0 + grade * grade);
+    r.step = 0.5 * (LOW_STEP + HIGH_STEP) * texel_height(r);
     // The triangle's own plane comes from its corners: in the depths a few bits are lost, and in the
     // place on the map a ten thousandth of a texel.
     r.exact = 2e-7 * map.depth + 2e-4 * map.texel * grade;
@@ -162,28 +182,8 @@ Around casters_around(sampler2D tops, SunMap map, Receiver r, float reach, float
     return Around(high, dark, near, !dark && !near && high > slack);
 }
 
-// Heights of a step, texels over the receiver's surface: a lower one counts as low, a higher one not,
-// and between them some of the directions of the disc take it for low.
-const float LOW_STEP = 1.0, HIGH_STEP = 3.0;
-
-// Height of one texel over the receiver's surface, along the light [m].
-float texel_height(Receiver r) { return r.lift / LIFT; }
-
-// Whether no caster stands over a receiver, nor over those on the same plane, in the texels up to
-// `reach` away: none stands over the plane that the map's cell holds (shadow/planes.frag).
-bool free_of_casters(sampler2D planes, SunMap map, Receiver r, float reach) {
-    ivec2 cell = clamp(ivec2(r.here.xy) >> 3, ivec2(0), ivec2((map.size >> 3) - 1));
-    vec3 over = texelFetch(planes, cell + ivec2(map.column >> 3, 0), 0).xyz;
-    vec2 place = r.here.xy - 8.0 * (vec2(cell) + 0.5);
-    vec2 slope = abs(map.depth * over.xy + r.slope);
-    float high = map.top - r.here.z - map.depth * (over.z + dot(over.xy, place)) + r.drop;
-    return reach <= 8.0 && high + reach * (slope.x + slope.y) <= r.slack;
-}
-
 // What stands over the receiver at an offset [texels] from it.
-//
-// low_step : steps on the receiver's surface lower than so many texels cast nothing here
-Slab slab_at(sampler2D depths, SunMap map, Receiver r, vec2 offset, float low_step) {
+Slab slab_at(sampler2D depths, SunMap map, Receiver r, vec2 offset) {
     ivec2 at = clamp(ivec2(floor(r.here.xy + offset)), ivec2(0), ivec2(map.size - 1));
     float above = map.top - r.here.z;
     Slab slab;
@@ -201,19 +201,19 @@ Slab slab_at(sampler2D depths, SunMap map, Receiver r, vec2 offset, float low_st
         // No end above the receiver: a sheet, or a solid that the receiver's own body runs into.
         slab.ends = low >= plane;
         slab.low = min(slab.ends ? low : plane, slab.high);
-        slab.step = SOLID && !slab.ends && slab.high - plane < low_step * texel_height(r);
+        slab.step = SOLID && !slab.ends && slab.high - plane < r.step;
         slab.casts = !slab.step;
     }
     return slab;
 }
 
 // What stands there below the slabs, its lower end unknown: a solid is taken to reach the receiver.
-Slab slab_behind(sampler2D behind, SunMap map, Receiver r, vec2 offset, float low_step) {
+Slab slab_behind(sampler2D behind, SunMap map, Receiver r, vec2 offset) {
     ivec2 at = clamp(ivec2(floor(r.here.xy + offset)), ivec2(0), ivec2(map.size - 1));
     float plane = receiver_plane(r, vec2(at) + 0.5 - r.here.xy);
     float depth = texelFetch(behind, at + ivec2(map.column, 0), 0).r;
     float high = map.top - r.here.z - map.depth * depth;
-    bool step = SOLID && high > plane && high - plane < low_step * texel_height(r);
+    bool step = SOLID && high > plane && high - plane < r.step;
     return Slab(high, SOLID ? min(plane, high) : high, high > plane && !step, false, false, step);
 }
 
@@ -226,7 +226,7 @@ Slab overhead_slab(sampler2D depths, SunMap map, Receiver r) {
     float nearest2 = 2.0;
     for (int k = 0; k < 4; ++k) {
         vec2 offset = first + vec2(k & 1, k >> 1);
-        Slab slab = slab_at(depths, map, r, offset, 0.0);
+        Slab slab = slab_at(depths, map, r, offset);
         float away2 = dot(offset, offset);
         bool nearer = !slab.beyond && away2 < nearest2;
         if (nearer) overhead = slab;
@@ -237,8 +237,8 @@ Slab overhead_slab(sampler2D depths, SunMap map, Receiver r) {
 
 // What stands over the receiver at an offset [texels]; near the receiver, where the texel lies beyond
 // its surface, what stands over the receiver itself.
-Slab slab_near(sampler2D depths, SunMap map, Receiver r, Slab overhead, vec2 offset, float low_step) {
-    Slab slab = slab_at(depths, map, r, offset, low_step);
+Slab slab_near(sampler2D depths, SunMap map, Receiver r, Slab overhead, vec2 offset) {
+    Slab slab = slab_at(depths, map, r, offset);
     if (slab.beyond && dot(offset, offset) < 4.0) slab = overhead;
     return slab;
 }
@@ -251,9 +251,8 @@ struct Casters {
 // Whether a line from the receiver meets a slab: down the line from the highest caster.
 //
 // ray, reach : texels per metre of height, of this line and at the disc's edge
-// low_step : as in slab_at
 bool meets_caster(sampler2D depths, sampler2D behind, SunMap map, Receiver r, Slab overhead, vec2 ray,
-                  float reach, Casters casters, float low_step) {
+                  float reach, Casters casters) {
     float height = casters.top, before = 0.0, off_before = 0.0;
     bool lowest = false;
     int looks = SOLID ? 3 : 4;
@@ -261,10 +260,10 @@ bool meets_caster(sampler2D depths, sampler2D behind, SunMap map, Receiver r, Sl
         // Near contact the disc shrinks below a texel; then the texel's own width smooths.
         float wider = sqrt(1.0 + 0.6 / max(height * height * reach * reach, 1e-6));
         vec2 offset = height * (map.lean + wider * ray);
-        Slab slab = slab_near(depths, map, r, overhead, offset, low_step);
+        Slab slab = slab_near(depths, map, r, overhead, offset);
         bool over = slab.casts && slab.low > 1.05 * height;
         if (over) {
-            Slab next = slab_behind(behind, map, r, offset, low_step);
+            Slab next = slab_behind(behind, map, r, offset);
             if (next.casts) slab = next;
         }
         float meets = clamp(height, slab.low, slab.high);
@@ -417,7 +416,7 @@ float lit_past_steps(sampler2D depths, sampler2D behind, SunMap map, Receiver r,
         rises = mix(rises, next, over);
     }
     vec4 dark = vec4(casting) * vec4(greaterThan(rises, vec4(r.slack)))
-              * (1.0 - smoothstep(vec4(LOW_STEP), vec4(HIGH_STEP), rises / texel_height(r)));
+              * vec4(lessThan(rises, vec4(r.step)));
     vec2 weight = clamp(r.here.xy + offset - vec2(first) - 0.5, 0.0, 1.0);
     float shaded = mean_of(dark, weight);
     float lit = 1.0 - shaded;
@@ -454,11 +453,6 @@ float mean_past_steps(sampler2D depths, sampler2D behind, SunMap map, Samples sa
     return lit / float(samples.count);
 }
 
-// Below which height a step is low to one of the disc's directions [texels]: evenly between the two.
-float low_step_of(int k, vec2 turn) {
-    return mix(LOW_STEP, HIGH_STEP, fract(turn.x + 0.6180339887 * float(k)));
-}
-
 // Share of the disc's light that passes the casters around a group of samples, per band: their mean.
 // Each sample takes its share of the directions that fill the disc together.
 //
@@ -489,7 +483,7 @@ vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, Samples samples, 
         if (ring) near *= 0.55;
         float part = ring ? near : sqrt((float(k) + turn.y) * share);
         vec2 offset = part * spread * direction + (ring ? near * high : high) * map.lean;
-        Slab slab = slab_near(depths, map, next_receiver(samples, left), overhead, offset, low_step_of(k, turn));
+        Slab slab = slab_near(depths, map, next_receiver(samples, left), overhead, offset);
         direction = on * direction;
         steps = steps || slab.step;
         if (!slab.casts) continue;
@@ -522,7 +516,7 @@ vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, Samples samples, 
         uvec4 words = blocked * uvec4(equal(ivec4(k >> 5), ivec4(0, 1, 2, 3)));
         bool shaded = (((words.x | words.y | words.z | words.w) >> uint(k & 31)) & 1u) == 1u;
         bool open = !shaded && !settled;
-        if (open) shaded = meets_caster(depths, behind, map, r, overhead, ray, reach, casters, low_step_of(k, turn));
+        if (open) shaded = meets_caster(depths, behind, map, r, overhead, ray, reach, casters);
         all += light;
         lit += shaded ? vec3(0.0) : light;
     }
