@@ -27,6 +27,7 @@ from scipy.sparse import csr_array
 
 from simgl.arrays import Array, Array32, IndexArray
 from simgl.disk_cache import Arrays, computed_once
+from simgl.sparse_arrays import matrix_arrays, matrix_of
 
 FORWARD = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1.0]])
 RIGHT = np.array([[0, 0, -1], [0, 0, 1], [1, 0, 0], [1, 0, 0], [1, 0, 0], [-1, 0, 0.0]])
@@ -272,12 +273,12 @@ def _irradiance_operator(n: int) -> _IrradianceOperator:
 
     def packed() -> Arrays:
         made = _made_irradiance_operator(n)
-        matrices = (_packed(name, getattr(made, name)) for name in _MATRICES)
+        matrices = (matrix_arrays(name, getattr(made, name)) for name in _MATRICES)
         dense: Arrays = {"normals": made.normals, "block_flux": made.block_flux}
         return dense | {key: value for matrix in matrices for key, value in matrix.items()}
 
     def unpacked(arrays: Arrays) -> _IrradianceOperator:
-        vectors, above, cut = (_unpacked(name, arrays) for name in _MATRICES)
+        vectors, above, cut = (matrix_of(name, arrays) for name in _MATRICES)
         normals, block_flux = arrays["normals"], arrays["block_flux"]
         return _IrradianceOperator(
             normals=normals, vectors=vectors, above=above, block_flux=block_flux, cut=cut
@@ -366,42 +367,22 @@ def _matrix(
     return csr_array(entries, shape=shape)
 
 
-def _packed(name: str, matrix: csr_array) -> Arrays:
-    """A sparse matrix as arrays for a file."""
-    return {
-        f"{name}_data": matrix.data,
-        f"{name}_indices": matrix.indices,
-        f"{name}_indptr": matrix.indptr,
-        f"{name}_shape": np.array(matrix.shape),
-    }
-
-
-def _unpacked(name: str, arrays: Arrays) -> csr_array:
-    """Of ``_packed``; ValueError where an index points nowhere: compiled code would follow it."""
-    data, indices, indptr, shape = (
-        arrays[f"{name}_{part}"] for part in ("data", "indices", "indptr", "shape")
-    )
-    matrix = csr_array((data, indices, indptr), shape=tuple(shape))
-    matrix.check_format(full_check=True)
-    return matrix
-
-
 @lru_cache(maxsize=len(ROUGHNESS))
 def _lobe_operator(level: int) -> csr_array:
     """``_made_lobe_operator``, made once on a machine."""
 
     def fits(arrays: Arrays) -> bool:
         shape = (_POINTS[level] ** 2, sum(6 * n * n for n in _PYRAMID))
-        return bool(_unpacked("lobes", arrays).shape == shape)
+        return bool(matrix_of("lobes", arrays).shape == shape)
 
     arrays = computed_once(
         "tables",
         (__name__, "numpy"),
         ("lobes", level),
-        lambda: _packed("lobes", _made_lobe_operator(level)),
+        lambda: matrix_arrays("lobes", _made_lobe_operator(level)),
         fits,
     )
-    return _unpacked("lobes", arrays)
+    return matrix_of("lobes", arrays)
 
 
 def _made_lobe_operator(level: int) -> csr_array:

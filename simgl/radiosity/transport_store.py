@@ -25,6 +25,7 @@ from simgl.radiosity.rigid_pairs import NOWHERE
 from simgl.scene.mesh import Mesh
 from simgl.scene.posed_mesh import PosedMesh, groups_of_parts
 from simgl.scene.spacecraft import SpacecraftModel
+from simgl.sparse_arrays import matrix_arrays
 
 # How light between parts that joints have moved is found: pair by pair of rigid groups
 # (simgl/radiosity/jointed_transport.py), or by a bake of each pose.
@@ -175,7 +176,7 @@ def _packed_jointed(transport: JointedTransport) -> dict[str, Any]:
     data = _packed(transport.separate)
     for name in _JOINTED_ARRAYS:
         data[f"jointed.{name}"] = getattr(transport, name)
-    return data | _packed_matrix("jointed.spread", transport.spread)
+    return data | matrix_arrays("jointed.spread", transport.spread)
 
 
 def _unpacked_jointed(data: dict[str, Any], joints: tuple[Joint, ...]) -> JointedTransport:
@@ -205,22 +206,13 @@ def _packed(transport: LightTransport) -> dict[str, Any]:
     for field in fields(transport):
         value = getattr(transport, field.name)
         if field.name in _MATRICES:
-            data |= _packed_matrix(field.name, value)
+            data |= matrix_arrays(field.name, value)
         elif field.name == "mesh":
             arrays = {f.name: getattr(value, f.name) for f in fields(value)}
             data |= {f"mesh.{name}": array for name, array in arrays.items() if array is not None}
         else:
             data[field.name] = np.asarray(value)
     return data
-
-
-def _packed_matrix(name: str, matrix: sparse.csr_matrix) -> dict[str, Any]:
-    return {
-        f"{name}.data": matrix.data,
-        f"{name}.indices": matrix.indices,
-        f"{name}.indptr": matrix.indptr,
-        f"{name}.shape": np.array(matrix.shape),
-    }
 
 
 def _matrix(data: dict[str, Any], name: str) -> sparse.csr_matrix:

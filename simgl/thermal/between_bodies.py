@@ -112,11 +112,11 @@ def scene_heat_loads(
     if not together:
         return loads
     outer = {n: outer_light(body, state, near.hidden[n]) for n, body in together.items()}
-    own = {
-        name: _own_radiosity(body, temperatures[name][: body.patch_count])
+    emitted = {
+        name: _emitted_radiosity(body, temperatures[name][: body.patch_count])
         for name, body in together.items()
     }
-    warmth = near.received(own)
+    warmth = near.received(emitted)
     solar = reflected_between(
         together,
         near,
@@ -170,14 +170,14 @@ def reflected_between(
     return total
 
 
-def _own_radiosity(body: ThermalBody, kelvin: Array) -> Array:
+def _emitted_radiosity(body: ThermalBody, kelvin: Array) -> Array:
     """(p,) what a body's patches send of their own emission, after reflections within it
     [W m-2]."""
     sent = body.emissivity * STEFAN_BOLTZMANN * kelvin**4
     rho = 1.0 - body.emissivity
-    alone = Neighbours(factors={}, hidden={})
+    no_neighbours = Neighbours(factors={}, hidden={})
     first = {body.name: body.views.factors @ sent}
-    light = reflected_between({body.name: body}, alone, first, {body.name: rho})[body.name]
+    light = reflected_between({body.name: body}, no_neighbours, first, {body.name: rho})[body.name]
     return np.asarray(sent + rho * light)
 
 
@@ -206,16 +206,16 @@ def _seen(
     one, other = state.bodies[receiver.name], state.bodies[sender.name]
     turn = other.pose.R_icrf_from_body.T @ one.pose.R_icrf_from_body
     shift = other.pose.R_icrf_from_body.T @ (one.pose.position - other.pose.position)
-    whole = other.model.posed_mesh
+    posed = other.model.posed_mesh
     motion = body_motion(receiver, state)[receiver.group]
     points = np.einsum("pij,psj->psi", motion[:, :3, :3], receiver.patches.points)
     points += motion[:, None, :3, 3]
     normals = np.einsum("pij,psj->psi", motion[:, :3, :3], receiver.patches.normals)
     samples = points.shape[1]
-    centre = turn.T @ (whole.centre - shift)
+    centre = turn.T @ (posed.centre - shift)
     towards = centre - points
     distance = np.linalg.norm(towards, axis=2)
-    sine = np.minimum(whole.radius / np.maximum(distance, 1e-9), 1.0)
+    sine = np.minimum(posed.radius / np.maximum(distance, 1e-9), 1.0)
     above = np.einsum("psi,psi->ps", normals, towards) > -sine * distance
     patch, point = np.nonzero(receiver.views.point_open & above)
     each = max(_RAYS // samples, 1)
@@ -258,8 +258,8 @@ def _towards_sphere(normals: Array, towards: Array, sine: Array, each: int) -> t
     )
     cone = 1.0 - np.sqrt(np.maximum(1.0 - sine**2, 0.0))
     cosine = np.where(inside, np.sqrt(u), 1.0 - u * cone)
-    aside = np.where(np.abs(axis[:, :1]) > 0.7, [0.0, 1.0, 0.0], [1.0, 0.0, 0.0])
-    right = np.cross(axis, aside)
+    oblique = np.where(np.abs(axis[:, :1]) > 0.7, [0.0, 1.0, 0.0], [1.0, 0.0, 0.0])
+    right = np.cross(axis, oblique)
     right /= np.linalg.norm(right, axis=1, keepdims=True)
     across = np.sqrt(np.maximum(1.0 - cosine**2, 0.0))[:, None]
     angle = 2.0 * np.pi * v[:, None]

@@ -214,7 +214,7 @@ def light_of_sky(
     fine = SKY_CELLS
     directions = cube_directions(fine).reshape(-1, 3)
     weight = np.tile(cube_solid_angles(fine).ravel(), 6)[:, None]
-    whole, light = _cell_sums(weight), radiances(directions)
+    solid_angles, light = _cell_sums(weight), radiances(directions)
     motion = _motion(seen.model.posed_mesh, int(body.group.max(initial=0)) + 1)
     rotations, of_group = np.unique(motion[:, :3, :3], axis=0, return_inverse=True)
     lights = np.zeros((body.patch_count, light.shape[1]))
@@ -224,7 +224,7 @@ def light_of_sky(
             continue
         R_icrf_from_stored = seen.pose.R_icrf_from_body @ rotation
         turned = light[cube_cell(directions @ R_icrf_from_stored.T, fine)]
-        mean = _cell_sums(weight * turned) / whole
+        mean = _cell_sums(weight * turned) / solid_angles
         lights[chosen] = np.pi * (body.views.sky[chosen] @ mean)
     return lights if hidden is None else np.maximum(lights - np.pi * (hidden @ light), 0.0)
 

@@ -74,18 +74,18 @@ class ThermalBodies:
         Bodies near each other warm each other: their steady states are repeated until they agree.
         """
         bodies = self._all(state)
-        found = {name: steady_state(body, state) for name, body in bodies.items()}
+        states = {name: steady_state(body, state) for name, body in bodies.items()}
         near = neighbours(bodies, state)
         for _ in range(_ROUNDS if near.hidden else 0):
-            before = {name: found[name].temperatures for name in bodies}
+            before = {name: states[name].temperatures for name in bodies}
             loads = scene_heat_loads(bodies, state, before, near)
             for name in near.hidden:
                 start = before[name]
-                found[name] = steady_under(bodies[name], loads[name], state.tai_ns, start)
-            change = (found[name].temperatures - before[name] for name in near.hidden)
+                states[name] = steady_under(bodies[name], loads[name], state.tai_ns, start)
+            change = (states[name].temperatures - before[name] for name in near.hidden)
             if max(float(np.abs(one).max()) for one in change) < _AGREED:
                 break
-        return found
+        return states
 
     def advanced(self, before: Temperatures, state: SceneState) -> Temperatures:
         """The temperatures in a later scene of the same spacecraft.

@@ -146,10 +146,10 @@ def _lights(
 ) -> dict[str, ThermalLight]:
     """Every body, with what it reflects of the others near it."""
     near = neighbours({name: body for name, (body, _) in bodies.items()}, state)
-    alone = Neighbours(factors={}, hidden={})
+    no_neighbours = Neighbours(factors={}, hidden={})
     lights: dict[str, ThermalLight] = {}
     for name in bodies.keys() - near.hidden.keys():
-        lights |= _reflected(state, {name: bodies[name]}, alone, detector)
+        lights |= _reflected(state, {name: bodies[name]}, no_neighbours, detector)
     if near.hidden:
         together = {name: bodies[name] for name in near.hidden}
         lights |= _reflected(state, together, near, detector)
