@@ -217,8 +217,8 @@ vec3 kind_at(vec2 on_map, float level) {
 #define BY_GRAIN growth_by_grain
 #define BY_SLOPE growth_by_slope
 #else
-#define BY_GRAIN vec4(0.11, 0.07, 0.09, 0.0)
-#define BY_SLOPE vec4(0.08, 0.0, 0.05, -0.06)
+#define BY_GRAIN vec4(0.09, 0.06, 0.075, 0.0)
+#define BY_SLOPE vec4(0.065, 0.0, 0.04, -0.05)
 #endif
 
 // A place with what the land around it sends to air and clouds.
@@ -264,7 +264,7 @@ Land land_at(Place here) {
     vec4 land = textureLod(land_map, frayed, level);
 
     // Relief: slopes of the map, and hills that are the steeper the more rugged the map.
-    slope += min(0.01 + 4.0 * length(slope), 0.35) * hills;
+    slope += min(0.01 + 3.0 * length(slope), 0.35) * hills;
     Land seen;
     // No finer at the terminator than hills are rough.
     seen.lit = max((here.mu_sun - dot(slope, here.level_sun)) * inversesqrt(1.0 + dot(slope, slope)), 0.0);
@@ -275,7 +275,7 @@ Land land_at(Place here) {
     float growth = growth_of(land, kind);
     // Valleys and dry beds run where a slope turns; their mean darkness is taken off.
     float bed = max(1.0 - 3.0 * abs(along.x) * inversesqrt(max(resolved_hills, 1e-3)), 0.0) - BED_MEAN;
-    land *= 1.0 - 0.22 * resolved_hills * bed + grain * (0.07 + growth * BY_GRAIN)
+    land *= 1.0 - 0.19 * resolved_hills * bed + grain * (0.06 + growth * BY_GRAIN)
                 + hills.x * growth * BY_SLOPE;
 #ifdef FROST
     land = with_snow(land, growth, kind, here.ground.on_map, length(slope), noise.z);
@@ -285,7 +285,7 @@ Land land_at(Place here) {
     seen.shore_km = (form.z - ZERO_CODE.z) * SHORE_KM + 0.4 * grain;
     seen.lamps = form.w;
     // By half a kilometre for a slope of 1, along meridians as along parallels.
-    seen.lamps_at = here.ground.on_map + 0.3 * here.fray * hills.yx;
+    seen.lamps_at = here.ground.on_map + 0.6 * here.fray * hills.yx;
     // Roads run where a slope turns. For slopes of variance v the mean of exp(-20 slope^2) is
     // 1 / sqrt(1 + 40 v).
     seen.road = exp(-20.0 * along.x * along.x) * sqrt(1.0 + 40.0 * resolved_hills);

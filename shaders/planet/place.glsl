@@ -168,7 +168,7 @@ Place place_at(vec3 d, float t, float cloud_t, float slant) {
     float across = max(length(n.xy), 1e-4);
     vec3 sun = sun_direction_itrf.xyz;
     place.level_sun = vec2(n.x * sun.y - n.y * sun.x, sun.z - mu_sun * n.z) / across;
-    place.fray = vec2(0.5 / across, 1.0) / (planet_km * PI);
+    place.fray = vec2(0.25 / across, 0.5) / (planet_km * PI);
     vec2 texels = place.footprint / vec2(map_texel_km, chart_texel_km);
     place.levels = log2(texels);
     place.levels.y = chart_level(max(place.levels.y, 0.0));

@@ -176,7 +176,7 @@ _HIGH_CLOUD = 1.5
 
 
 # By R, G, B, N, as in shaders/planet/ground.glsl.
-_BY_GRAIN, _BY_SLOPE = np.array([0.11, 0.07, 0.09, 0.0]), np.array([0.08, 0.0, 0.05, -0.06])
+_BY_GRAIN, _BY_SLOPE = np.array([0.09, 0.06, 0.075, 0.0]), np.array([0.065, 0.0, 0.04, -0.05])
 
 
 def ground_band_values(bands: Bands) -> dict[str, object]:
