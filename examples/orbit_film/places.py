@@ -49,6 +49,7 @@ def places(
     scenario = scenario_from_dict(
         {
             "epoch": {"utc": "2026-03-20T12:00:00"},
+            "earth": {"aurora_kp": 4.0, "airglow_waves": 0.15},
             "camera": {name: camera_over(utc, *view) for name, (utc, view) in views.items()},
         }
     )
