@@ -56,7 +56,7 @@ void main() {
     // The belt of the towers wanders about 6 deg N, with breaks.
     float wander = 5.0 * sin(2.0 * longitude + 9.0 * seed_shift.x) + 12.0 * wide.w;
     float belt = bump(degrees, 6.0 + wander, 6.5);
-    float storms = bump(degrees, 52.0, 15.0) + 1.2 * bump(degrees, -55.0, 15.0);
+    float storms = bump(degrees, 52.0, 15.0) + 1.6 * bump(degrees, -55.0, 15.0);
     float clear = bump(degrees, 22.0, 11.0) + bump(degrees, -21.0, 10.0);
 
     vec4 land = textureLod(land_map, uv, 4.0);
@@ -94,7 +94,7 @@ void main() {
     float synoptic = 0.75 * wide.w + 0.75 * fronts.w + 0.4 * groups.w;
     float value = climate + synoptic + 0.38 * cells.w + 0.3 * tufts.w;
     float fine = 0.2 * groups.w + 0.12 * cells.w + 0.06 * tufts.w;
-    value = mix(value, 0.25 * synoptic + 0.14 - 0.34 * on_land + fine, cumulus);
+    value = mix(value, 0.25 * synoptic + 0.12 - 0.34 * on_land + fine, cumulus);
     value = mix(value, 0.2 * synoptic + 0.03 + fine, cold * (1.0 - polar));
     value = mix(value, 0.25 * synoptic + 0.22 + fine, decked);
     value += 0.45 * front + 0.6 * anvil.r + cover_shift;
@@ -104,7 +104,7 @@ void main() {
 
     // Optical thickness: 4 for trade-wind cumulus, 12 for decks, 70 in the cores of storms.
     float core = 0.7 * min(value, 0.8) + 0.6 * groups.w + 0.7 * cells.w + 0.8 * tufts.w;
-    float thickness = clamp(3.1 * exp(0.6 * deck + 1.6 * core + 0.3 * storms + 0.4 * belt + 0.3 * polar
+    float thickness = clamp(3.0 * exp(0.6 * deck + 1.6 * core + 0.3 * storms + 0.4 * belt + 0.3 * polar
                                       + 0.4 * front + 0.3 * anvil.r + 1.2 * anvil.g), 1.0, 90.0);
 
     // Thin high cloud: blown out of towers and ahead of fronts, drawn out to the east.
