@@ -26,6 +26,17 @@ class Record(msgspec.Struct, frozen=True, kw_only=True):
     tables: list[Table]
 
 
+def beside(kept: Record, tables: list[Table]) -> list[Table]:
+    """The tables of a record, with new ones in the place of those of the same title, or behind."""
+    run = f"{kept.date} on {kept.machine}"
+    new = {table.title: table for table in tables}
+    merged = [
+        new.pop(table.title, msgspec.structs.replace(table, made=table.made or run))
+        for table in kept.tables
+    ]
+    return [*merged, *new.values()]
+
+
 def _number(value: float) -> str:
     return f"{value:.4g}"
 
@@ -56,7 +67,7 @@ def page(record: Record, head: str = HEAD) -> str:
         lines = [_line(row) for row in table.rows]
         parts.append(
             f"## {table.title}\n\nTruth: {table.reference}. Quantity: {table.quantity}. "
-            f"Error: {table.error}.\n\n"
+            f"Error: {table.error}.{f' Run of {table.made}.' if table.made else ''}\n\n"
             "| case | truth | simgl | error | goal | met |\n|---|---|---|---|---|---|\n"
             + "\n".join(lines)
             + "\n"

@@ -37,6 +37,7 @@ class Table(msgspec.Struct, frozen=True, kw_only=True):
     reference : where the truth comes from
     quantity : what the rows give, with its unit
     error : how errors count
+    made : date and machine, of a table from another run than its record's
     """
 
     title: str
@@ -44,6 +45,7 @@ class Table(msgspec.Struct, frozen=True, kw_only=True):
     quantity: str
     error: str
     rows: list[Row]
+    made: str = ""
 
 
 def relative(case: str, truth: float, simgl: float, goal: float) -> Row:
