@@ -28,7 +28,7 @@ from benchmarks.truth import (
     thermal,
     thin_shadows,
 )
-from benchmarks.truth.page import Record, beside, page
+from benchmarks.truth.page import Record, merged_tables, page
 from benchmarks.truth.rows import Table
 from simgl.gpu.context import temporary_context
 from simgl.output import check_writable, complete_file
@@ -59,11 +59,17 @@ class _Run(msgspec.Struct, frozen=True, kw_only=True):
 def main(
     out: Annotated[Path, typer.Option(help="Folder for truth.json and truth.md.")],
     subject: Annotated[list[str] | None, typer.Option(help="Only these subjects.")] = None,
-    keep: Annotated[Path | None, typer.Option(help="A truth.json whose other tables stay.")] = None,
+    earlier_record: Annotated[
+        Path | None, typer.Option(help="A truth.json whose other tables stay.")
+    ] = None,
 ) -> None:
     """Compare simgl with the truth, subject by subject."""
     check_writable(out)
-    kept = None if keep is None else msgspec.json.decode(keep.read_bytes(), type=Record)
+    earlier = (
+        None
+        if earlier_record is None
+        else msgspec.json.decode(earlier_record.read_bytes(), type=Record)
+    )
     unknown = set(subject or ()) - set(_SUBJECTS)
     if unknown:
         known = ", ".join(_SUBJECTS)
@@ -78,7 +84,7 @@ def main(
         for row in missed:
             console.print(f"  {row.case}: error {row.error:+.3g}, goal {row.goal:g}")
     minutes = (time.monotonic() - start) / 60.0
-    tables = tables if kept is None else beside(kept, tables)
+    tables = tables if earlier is None else merged_tables(earlier, tables)
     write_record(out / "truth.json", _Run(minutes=minutes, tables=tables))
     record = msgspec.json.decode((out / "truth.json").read_bytes(), type=Record)
     with complete_file(out / "truth.md") as part:

@@ -9,8 +9,8 @@ from benchmarks.truth.rows import Row, Table
 HEAD = """# Truth tables
 
 Cases with a truth of their own, what simgl shows, the error and its goal. What misses its goal
-stays listed. Made by `python -m benchmarks.truth --out DIR`; a table of another run names it. All else that
-was measured: [verification](verification.md).
+stays listed. Made by `python -m benchmarks.truth --out DIR`; a table of another run names it.
+All else that was measured: [verification](verification.md).
 """
 
 
@@ -26,13 +26,13 @@ class Record(msgspec.Struct, frozen=True, kw_only=True):
     tables: list[Table]
 
 
-def beside(kept: Record, tables: list[Table]) -> list[Table]:
+def merged_tables(earlier: Record, tables: list[Table]) -> list[Table]:
     """The tables of a record, with new ones in the place of those of the same title, or behind."""
-    run = f"{kept.date} on {kept.machine}"
+    run = f"{earlier.date} on {earlier.machine}"
     new = {table.title: table for table in tables}
     merged = [
         new.pop(table.title, msgspec.structs.replace(table, made=table.made or run))
-        for table in kept.tables
+        for table in earlier.tables
     ]
     return [*merged, *new.values()]
 
