@@ -11,6 +11,7 @@
 // Sun lean against it.
 
 #include "surface/caster_bounds.glsl"
+#include "surface/slabs.glsl"
 
 // Besides the directions that stand for the disc, so many near its middle look for casters.
 const int NEAR_TAPS = 6;
@@ -18,45 +19,6 @@ const int NEAR_TAPS = 6;
 const int TAPS_OF_SAMPLE = 20;
 // Between successive directions [rad].
 const float GOLDEN_ANGLE = 2.39996323;
-
-// SHEETS: some casters are open. What they need would cost solids a seventh of the time.
-#ifdef SHEETS
-const bool SOLID = false;
-#else
-const bool SOLID = true;
-#endif
-
-struct SunMap {
-    float texel;   // edge [m]
-    float top;     // height [m] of depth 0
-    float depth;   // [m] from there to depth 1
-    int size;      // texels along an edge
-    int column;    // of its first texel in the textures
-    int bounds;    // column of its first cell in the texture of bounds
-    vec2 lean;     // of the line to the Sun's middle: texels per metre of height
-    int taps;      // directions that stand for the disc, at most 128
-};
-
-// A place that light may reach, and its own surface: what lies in that casts nothing on it.
-struct Receiver {
-    vec3 here;     // column, row [texels] and height [m]; beside a steep surface, not in it
-    vec2 slope;    // of the surface, height per texel [m]
-    float drop;    // so far the surface lies below `here` [m]
-    float slack;   // by so much rounding moves a height [m]
-    float tilt;    // and by so much for each texel of distance
-    float lift;    // and the triangle itself so far below that surface [m]
-    float step;    // a step on it lower than this is low to the disc [m]
-    float exact;   // so far from its plane a map may show the triangle [m]
-};
-
-// The casters over a receiver at one texel: heights [m] above the receiver.
-struct Slab {
-    float high, low;
-    bool casts;
-    bool ends;     // above the receiver
-    bool beyond;   // it shows neither a caster nor the receiver's own surface
-    bool step;     // it shows a low step
-};
 
 // Bounds on the casters' depths: those of caster_level, and for cells of 64 texels in the cone to the
 // Sun's disc.
@@ -78,16 +40,6 @@ struct Around {
     bool search;   // neither, nor is all of it free
 };
 
-// A receiver stands so far over its triangle [texels].
-const float LIFT = 0.25;
-
-// Height of a step, texels over the receiver's surface: up to the one it counts as low, from the other
-// on not.
-const float LOW_STEP = 1.0, HIGH_STEP = 3.0;
-
-// Height of one texel over the receiver's surface, along the light [m].
-float texel_height(Receiver r) { return r.lift / LIFT; }
-
 // Whether no caster stands over a receiver, nor over those on the same plane, in the texels up to
 // `reach` away: none stands over the plane that the map's cell holds (shadow/planes.frag).
 bool free_of_casters(sampler2D planes, SunMap map, Receiver r, float reach) {
@@ -97,55 +49,6 @@ bool free_of_casters(sampler2D planes, SunMap map, Receiver r, float reach) {
     vec2 slope = abs(map.depth * over.xy + r.slope);
     float high = map.top - r.here.z - map.depth * (over.z + dot(over.xy, place)) + r.drop;
     return reach <= 8.0 && high + reach * (slope.x + slope.y) <= r.slack;
-}
-
-// A receiver in a surface.
-//
-// here : column, row [texels] and height [m]; n : unit normal of the surface, in the light's axes
-//
-// A map's texel tells of its middle. There a surface along the light has risen by many texels, past
-// what stands over it, which then would seem to lie in it. So the receiver of a steep one is moved
-// out of it: as far as its own texel's middle can lie towards it, and where it rises past all that may
-// stand near, as far as the middles can that smooth an edge.
-Receiver receiver_at(SunMap map, vec3 here, vec3 n) {
-    vec2 gradient = -n.xy / max(n.z, 1e-9);
-    float grade = length(gradient);
-    Receiver r;
-    float offset_texels = 0.75 * (smoothstep(8.0, 24.0, grade) + smoothstep(60.0, 180.0, grade));
-    r.here = here - vec3(offset_texels * gradient / max(grade, 1e-9), 0.0);
-    r.slope = gradient * map.texel;
-    r.drop = offset_texels * grade * map.texel;
-    // Rounding: 24-bit depth and float32 vertices are good to a few 1e-7 of the map's depth. The plane's
-    // normal comes from differences of neighbouring positions, good to about 1e-3 rad, which at
-    // incidence t tilts the plane by 1e-3 / cos^2 t = 1e-3 (1 + slope^2); beside the steepest surfaces
-    // that no longer matters. Facets that meet in a shallow valley rise out of each other's planes by more,
-    // the farther aside the receiver stands.
-    float bounded = min(grade, 60.0);
-    r.tilt = 0.002 * map.texel * (1.0 + bounded * bounded);
-    r.slack = 1e-6 * map.depth + r.tilt * (1.0 + 8.0 * offset_texels);
-    r.lift = LIFT * map.texel * sqrt(1.0 + grade * grade);
-    r.step = 0.5 * (LOW_STEP + HIGH_STEP) * texel_height(r);
-    // The triangle's own plane comes from its corners: in the depths a few bits are lost, and in the
-    // place on the map a ten thousandth of a texel.
-    r.exact = 2e-7 * map.depth + 2e-4 * map.texel * grade;
-    return r;
-}
-
-// How high above the receiver its own surface may stand at an offset [texels] from it.
-float receiver_plane(Receiver r, vec2 offset) {
-    return dot(r.slope, offset) - r.drop + r.slack + r.tilt * (abs(offset.x) + abs(offset.y));
-}
-
-// Whether a texel shows neither a caster nor the receiver's own surface: that ends before the texel's
-// middle, or is met there by a sheet that still lies below `here`. Beside a crease such a texel lies on
-// the other side of it, and tells nothing of the receiver. A curved surface falls off by less than 1.5
-// texels.
-//
-// high : of what it shows, no caster; plane : receiver_plane there
-bool beyond_receiver(Receiver r, float high, float plane, vec2 offset) {
-    float slack = r.slack + r.tilt * (abs(offset.x) + abs(offset.y));
-    float over = high + r.lift + slack - plane;
-    return over > r.exact || over < -2.0 * slack - 1.5 / LIFT * r.lift;
 }
 
 // reach : texels per metre of height to the disc's edge
@@ -180,109 +83,6 @@ Around casters_around(sampler2D tops, SunMap map, Receiver r, float reach, float
     // The disc spans less than a texel: only the texels smooth the edge.
     bool near = !dark && high > slack && high * reach < 1.0;
     return Around(high, dark, near, !dark && !near && high > slack);
-}
-
-// What stands over the receiver at an offset [texels] from it.
-Slab slab_at(sampler2D depths, SunMap map, Receiver r, vec2 offset) {
-    ivec2 at = clamp(ivec2(floor(r.here.xy + offset)), ivec2(0), ivec2(map.size - 1));
-    float above = map.top - r.here.z;
-    Slab slab;
-    slab.high = above - map.depth * texelFetch(depths, at + ivec2(map.column, 0), 0).r;
-    // The texel tells of its middle.
-    vec2 middle = vec2(at) + 0.5 - r.here.xy;
-    float plane = receiver_plane(r, middle);
-    slab.casts = slab.high > plane;
-    slab.beyond = !SOLID && !slab.casts && beyond_receiver(r, slab.high, plane, middle);
-    slab.low = slab.high;
-    slab.ends = true;
-    slab.step = false;
-    if (slab.casts) {
-        float low = above - map.depth * texelFetch(depths, at + ivec2(map.column, map.size), 0).r;
-        // No end above the receiver: a sheet, or a solid that the receiver's own body runs into.
-        slab.ends = low >= plane;
-        slab.low = min(slab.ends ? low : plane, slab.high);
-        slab.step = SOLID && !slab.ends && slab.high - plane < r.step;
-        slab.casts = !slab.step;
-    }
-    return slab;
-}
-
-// What stands there below the slabs, its lower end unknown: a solid is taken to reach the receiver.
-Slab slab_behind(sampler2D behind, SunMap map, Receiver r, vec2 offset) {
-    ivec2 at = clamp(ivec2(floor(r.here.xy + offset)), ivec2(0), ivec2(map.size - 1));
-    float plane = receiver_plane(r, vec2(at) + 0.5 - r.here.xy);
-    float depth = texelFetch(behind, at + ivec2(map.column, 0), 0).r;
-    float high = map.top - r.here.z - map.depth * depth;
-    bool step = SOLID && high > plane && high - plane < r.step;
-    return Slab(high, SOLID ? min(plane, high) : high, high > plane && !step, false, false, step);
-}
-
-const Slab NO_SLAB = Slab(0.0, 0.0, false, false, true, false);
-
-// What stands over the receiver at the nearest of the four texels around it that its surface reaches.
-Slab overhead_slab(sampler2D depths, SunMap map, Receiver r) {
-    vec2 first = floor(r.here.xy - 0.5) + 0.5 - r.here.xy;
-    Slab overhead = NO_SLAB;
-    float nearest2 = 2.0;
-    for (int k = 0; k < 4; ++k) {
-        vec2 offset = first + vec2(k & 1, k >> 1);
-        Slab slab = slab_at(depths, map, r, offset);
-        float away2 = dot(offset, offset);
-        bool nearer = !slab.beyond && away2 < nearest2;
-        if (nearer) overhead = slab;
-        nearest2 = nearer ? away2 : nearest2;
-    }
-    return overhead;
-}
-
-// What stands over the receiver at an offset [texels]; near the receiver, where the texel lies beyond
-// its surface, what stands over the receiver itself.
-Slab slab_near(sampler2D depths, SunMap map, Receiver r, Slab overhead, vec2 offset) {
-    Slab slab = slab_at(depths, map, r, offset);
-    if (slab.beyond && dot(offset, offset) < 4.0) slab = overhead;
-    return slab;
-}
-
-// Between which heights over a receiver the casters lie that its Sun meets [m].
-struct Casters {
-    float top, bottom;
-};
-
-// Whether a line from the receiver meets a slab: down the line from the highest caster.
-//
-// ray, reach : texels per metre of height, of this line and at the disc's edge
-bool meets_caster(sampler2D depths, sampler2D behind, SunMap map, Receiver r, Slab overhead, vec2 ray,
-                  float reach, Casters casters) {
-    float height = casters.top, before = 0.0, off_before = 0.0;
-    bool lowest = false;
-    int looks = SOLID ? 3 : 4;
-    for (int look = 0; look < looks; ++look) {
-        // Near contact the disc shrinks below a texel; then the texel's own width smooths.
-        float wider = sqrt(1.0 + 0.6 / max(height * height * reach * reach, 1e-6));
-        vec2 offset = height * (map.lean + wider * ray);
-        Slab slab = slab_near(depths, map, r, overhead, offset);
-        bool over = slab.casts && slab.low > 1.05 * height;
-        if (over) {
-            Slab next = slab_behind(behind, map, r, offset);
-            if (next.casts) slab = next;
-        }
-        float meets = clamp(height, slab.low, slab.high);
-        if (slab.casts && abs(meets - height) <= 0.05 * height) return true;
-        if (lowest && !slab.casts) return false;
-        lowest = lowest || !slab.casts;
-        float next = slab.casts ? meets : casters.bottom;
-        // A sheet along the light rises by much from texel to texel: where it meets the line, two looks
-        // at it tell.
-        float off = slab.casts ? meets - height : 0.0;
-        float bend = off_before - off;
-        bool aims = !SOLID && off * off_before != 0.0 && abs(bend) > 1e-3 * abs(off);
-        float aim = height + off * (height - before) / (aims ? bend : 1.0);
-        if (aims && aim > 0.0 && aim < casters.top) next = aim;
-        before = height;
-        off_before = off;
-        height = next;
-    }
-    return false;
 }
 
 // The first of the four texels whose middles are nearest to an offset [texels] from the receiver.

@@ -30,7 +30,7 @@ SIZES = (512, 768, 1024, 1536, 2048)
 # Of these, so many fall on the width of a pixel.
 _TEXELS_PER_PIXEL = 3.0
 # Casters' heights are bounded in cells of so many texels along an edge, and so many cells around
-# each (level_for of shaders/surface/shadow.glsl, there in texels).
+# each (caster_level of shaders/surface/caster_bounds.glsl, there in texels).
 CELL = 8
 REACHES = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32)
 # A close map is drawn where the wide one has fewer texels per pixel than this.

@@ -18,6 +18,15 @@ Image = np.ndarray[Any, np.dtype[np.float32]]
 
 GREEN = 174.7738123  # [W m-2] of the Sun in 500-600 nm
 
+# A camera over the origin, and how it shows direct sunlight alone.
+FROM_ABOVE = {
+    "position_icrf_m": [0, 0, 32.0],
+    "boresight": [0, 0, -1],
+    "up": [0, 1, 0],
+    "focal_length_mm": 8.0,
+}
+FINE = {"inter_reflection": False, "samples_per_pixel": 64}
+
 
 def plate(size: float, reflectance: float = 0.5) -> dict[str, Any]:
     return {"plate": {"width_m": size, "height_m": size, "material": lambert(reflectance)}}
@@ -40,14 +49,9 @@ def seen_from_above(gl: moderngl.Context, bars: list[Bar], incidence: float) -> 
     )
     empty = scene(
         {},
-        {
-            "position_icrf_m": [0, 0, 32.0],
-            "boresight": [0, 0, -1],
-            "up": [0, 1, 0],
-            "focal_length_mm": 8.0,
-        },
+        FROM_ABOVE,
         sun_direction=sun_at(incidence),
-        render={"inter_reflection": False, "samples_per_pixel": 64},
+        render=FINE,
     )
     scenario = replace(empty, models={"bars": solids("bars", bars)}, motions={"bars": still})
     full = 0.5 / np.pi * GREEN * np.cos(np.radians(incidence))
@@ -163,12 +167,7 @@ def test_a_low_step_shades_its_lee_by_its_height_and_nothing_to_windward(
             "floor": {"model": box((1.4, 1.4, 0.2)), "position_icrf_m": [0, 0, -0.1]},
             "slab": {"model": box((0.5, 0.5, 0.1)), "position_icrf_m": [0, 0, height - 0.05]},
         },
-        {
-            "position_icrf_m": [0, 0, 32.0],
-            "boresight": [0, 0, -1],
-            "up": [0, 1, 0],
-            "focal_length_mm": 8.0,
-        },
+        FROM_ABOVE,
         sun_direction=sun_at(incidence),
         render={"inter_reflection": False},
     )
@@ -222,14 +221,9 @@ def test_a_rod_that_floats_over_a_floor_by_its_own_height_casts_all_of_its_shado
             "floor": {"model": box((1.4, 1.4, 0.2)), "position_icrf_m": [0, 0, -0.1]},
             "rod": {"model": box((0.012, 1.0, 0.006)), "position_icrf_m": [0, 0, 0.009]},
         },
-        {
-            "position_icrf_m": [0, 0, 32.0],
-            "boresight": [0, 0, -1],
-            "up": [0, 1, 0],
-            "focal_length_mm": 8.0,
-        },
+        FROM_ABOVE,
         sun_direction=sun_at(incidence),
-        render={"inter_reflection": False, "samples_per_pixel": 64},
+        render=FINE,
     )
     image = radiance(gl, scenario)[..., 1].astype(np.float64)
     pixel = 32.0 / scenario.cameras["cam"].focal_length_px

@@ -1,0 +1,115 @@
+// Casters over a receiver as slabs, and whether a line to the Sun meets one (surface/shadow.glsl).
+
+#include "surface/receiver.glsl"
+
+// The casters over a receiver at one texel: heights [m] above the receiver.
+struct Slab {
+    float high, low;
+    bool casts;
+    bool ends;     // above the receiver
+    bool beyond;   // it shows neither a caster nor the receiver's own surface
+    bool step;     // it shows a low step
+};
+
+// What stands over the receiver at an offset [texels] from it.
+Slab slab_at(sampler2D depths, SunMap map, Receiver r, vec2 offset) {
+    ivec2 at = clamp(ivec2(floor(r.here.xy + offset)), ivec2(0), ivec2(map.size - 1));
+    float above = map.top - r.here.z;
+    Slab slab;
+    slab.high = above - map.depth * texelFetch(depths, at + ivec2(map.column, 0), 0).r;
+    // The texel tells of its middle.
+    vec2 middle = vec2(at) + 0.5 - r.here.xy;
+    float plane = receiver_plane(r, middle);
+    slab.casts = slab.high > plane;
+    slab.beyond = !SOLID && !slab.casts && beyond_receiver(r, slab.high, plane, middle);
+    slab.low = slab.high;
+    slab.ends = true;
+    slab.step = false;
+    if (slab.casts) {
+        float low = above - map.depth * texelFetch(depths, at + ivec2(map.column, map.size), 0).r;
+        // No end above the receiver: a sheet, or a solid that the receiver's own body runs into.
+        slab.ends = low >= plane;
+        slab.low = min(slab.ends ? low : plane, slab.high);
+        slab.step = SOLID && !slab.ends && slab.high - plane < r.step;
+        slab.casts = !slab.step;
+    }
+    return slab;
+}
+
+// What stands there below the slabs, its lower end unknown: a solid is taken to reach the receiver.
+Slab slab_behind(sampler2D behind, SunMap map, Receiver r, vec2 offset) {
+    ivec2 at = clamp(ivec2(floor(r.here.xy + offset)), ivec2(0), ivec2(map.size - 1));
+    float plane = receiver_plane(r, vec2(at) + 0.5 - r.here.xy);
+    float depth = texelFetch(behind, at + ivec2(map.column, 0), 0).r;
+    float high = map.top - r.here.z - map.depth * depth;
+    bool step = SOLID && high > plane && high - plane < r.step;
+    return Slab(high, SOLID ? min(plane, high) : high, high > plane && !step, false, false, step);
+}
+
+const Slab NO_SLAB = Slab(0.0, 0.0, false, false, true, false);
+
+// What stands over the receiver at the nearest of the four texels around it that its surface reaches.
+Slab overhead_slab(sampler2D depths, SunMap map, Receiver r) {
+    vec2 first = floor(r.here.xy - 0.5) + 0.5 - r.here.xy;
+    Slab overhead = NO_SLAB;
+    float nearest2 = 2.0;
+    for (int k = 0; k < 4; ++k) {
+        vec2 offset = first + vec2(k & 1, k >> 1);
+        Slab slab = slab_at(depths, map, r, offset);
+        float away2 = dot(offset, offset);
+        bool nearer = !slab.beyond && away2 < nearest2;
+        if (nearer) overhead = slab;
+        nearest2 = nearer ? away2 : nearest2;
+    }
+    return overhead;
+}
+
+// What stands over the receiver at an offset [texels]; near the receiver, where the texel lies beyond
+// its surface, what stands over the receiver itself.
+Slab slab_near(sampler2D depths, SunMap map, Receiver r, Slab overhead, vec2 offset) {
+    Slab slab = slab_at(depths, map, r, offset);
+    if (slab.beyond && dot(offset, offset) < 4.0) slab = overhead;
+    return slab;
+}
+
+// Between which heights over a receiver the casters lie that its Sun meets [m].
+struct Casters {
+    float top, bottom;
+};
+
+// Whether a line from the receiver meets a slab: down the line from the highest caster.
+//
+// ray, reach : texels per metre of height, of this line and at the disc's edge
+bool meets_caster(sampler2D depths, sampler2D behind, SunMap map, Receiver r, Slab overhead, vec2 ray,
+                  float reach, Casters casters) {
+    float height = casters.top, before = 0.0, off_before = 0.0;
+    bool lowest = false;
+    int looks = SOLID ? 3 : 4;
+    for (int look = 0; look < looks; ++look) {
+        // Near contact the disc shrinks below a texel; then the texel's own width smooths.
+        float wider = sqrt(1.0 + 0.6 / max(height * height * reach * reach, 1e-6));
+        vec2 offset = height * (map.lean + wider * ray);
+        Slab slab = slab_near(depths, map, r, overhead, offset);
+        bool over = slab.casts && slab.low > 1.05 * height;
+        if (over) {
+            Slab next = slab_behind(behind, map, r, offset);
+            if (next.casts) slab = next;
+        }
+        float meets = clamp(height, slab.low, slab.high);
+        if (slab.casts && abs(meets - height) <= 0.05 * height) return true;
+        if (lowest && !slab.casts) return false;
+        lowest = lowest || !slab.casts;
+        float next = slab.casts ? meets : casters.bottom;
+        // A sheet along the light rises by much from texel to texel: where it meets the line, two looks
+        // at it tell.
+        float off = slab.casts ? meets - height : 0.0;
+        float bend = off_before - off;
+        bool aims = !SOLID && off * off_before != 0.0 && abs(bend) > 1e-3 * abs(off);
+        float aim = height + off * (height - before) / (aims ? bend : 1.0);
+        if (aims && aim > 0.0 && aim < casters.top) next = aim;
+        before = height;
+        off_before = off;
+        height = next;
+    }
+    return false;
+}
