@@ -1,8 +1,9 @@
-"""Clients for Node, Java and MATLAB (in Octave), written from the page of the protocol alone."""
+"""Clients for Node, Java, Julia and MATLAB (in Octave), written from the page of the protocol alone."""
 
 from __future__ import annotations
 
 import shutil
+import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
@@ -56,7 +57,14 @@ def octave_command(folder: Path) -> list[str]:
     return ["octave-cli", "--norc", "--quiet", str(folder / "run.m")]
 
 
-@pytest.mark.parametrize("command", [node_command, java_command, octave_command])
+def julia_command(folder: Path) -> list[str]:
+    loads = ["julia", "-e", "using MsgPack, ZMQ"]
+    if shutil.which("julia") is None or subprocess.run(loads, capture_output=True).returncode:
+        pytest.skip('needs Julia with its packages: using Pkg; Pkg.add(["ZMQ", "MsgPack"])')
+    return ["julia", str(shutil.copy(CLIENTS / "client.jl", folder))]
+
+
+@pytest.mark.parametrize("command", [node_command, java_command, octave_command, julia_command])
 def test_other_languages_get_the_native_image(
     command: Callable[[Path], list[str]], client: Client, scenario: Scenario, tmp_path: Path
 ) -> None:

@@ -1,4 +1,4 @@
-# A client of simgl/1 for Julia 1.6: Pkg.add(["ZMQ", "MsgPack"]); julia client.jl ADDRESS
+# A client of simgl/1 for Julia 1.5: Pkg.add(["ZMQ", "MsgPack"]); julia client.jl ADDRESS
 using MsgPack, ZMQ
 
 const PATIENCE_S = 10.0
@@ -17,11 +17,11 @@ function ask(socket, kind, header)
     while true
         arriving = @async receive(socket)
         timedwait(() -> istaskdone(arriving), PATIENCE_S) === :ok || error("no answer in time")
-        _, packed, planes... = fetch(arriving)
-        reply = unpack(packed)
+        frames = fetch(arriving)
+        reply = unpack(frames[2])
         reply["type"] == "error" && error("$(reply["code"]): $(reply["detail"])")
         reply["type"] == "bye" && error("the server said goodbye")
-        reply["type"] == kind && return reply, planes # not the pong of a server that starts
+        reply["type"] == kind && return reply, frames[3:end] # not the pong of a server that starts
     end
 end
 
