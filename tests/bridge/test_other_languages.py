@@ -1,4 +1,4 @@
-"""Clients for Node, Java, Julia and MATLAB (in Octave), written from the page of the protocol alone."""
+"""Clients for Node, Java, Julia and MATLAB (in Octave), written from the page of the protocol."""
 
 from __future__ import annotations
 
