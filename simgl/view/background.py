@@ -152,6 +152,12 @@ class SkyView:
         """Along an edge of the finest face."""
         return max(self.face_texels)
 
+    def with_edge(self, texels: int) -> tuple[Background, ...]:
+        """The faces with so many texels along an edge."""
+        half = 0.5 * texels
+        intrinsics = _float32(np.array([[half, 0.0, half], [0.0, half, half], [0.0, 0.0, 1.0]]))
+        return tuple(replace(face, intrinsics=intrinsics) for face in self.faces)
+
 
 # Of each state that is in use, by the spacecraft: all cameras and all that share a sky ask for it.
 _skies = WeakKeyDictionary[SceneState, dict[BodyState, SkyView]]()
