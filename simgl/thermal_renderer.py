@@ -19,8 +19,9 @@ from simgl.passes.thermal import ThermalPass
 from simgl.passes.visibility import VisibilityPass
 from simgl.passes.warp import WarpPass
 from simgl.thermal.infrared_surroundings import InfraredSurroundings
+from simgl.thermal.sky_light import SKY_CELLS
 from simgl.thermal.thermal_view import ThermalView
-from simgl.view.background import SKY_TEXELS, SkyView
+from simgl.view.background import SkyView
 from simgl.view.frame_view import FrameView, lit_parts
 
 _BANDS = (Format("f4", 4),)
@@ -67,8 +68,8 @@ class ThermalRenderer:
 
     def draw_sky(self, view: SkyView, surroundings: InfraredSurroundings) -> Array32:
         """(6, n, n, 2) radiance of what a spacecraft has around it, in W m-2 sr-1 and as counted,
-        on the faces of its sky."""
-        n = SKY_TEXELS
+        on the faces of its sky, n cells along an edge of each."""
+        n = SKY_CELLS
         target = self._targets.of("sky", (n, 6 * n), _BANDS)
         planck = self._thermal.begin(surroundings.planck)
         with self._timer.measure("infrared sky"):

@@ -12,7 +12,6 @@ from simgl.camera.infrared_detector import InfraredDetector
 from simgl.physics.constants import SOLAR_TEMPERATURE, STEFAN_BOLTZMANN
 from simgl.physics.earth_infrared import (
     SUNLIGHT_REFLECTED,
-    Emission,
     clear_transmission,
     longwave_radiance,
     temperature_of_flux,
@@ -61,18 +60,16 @@ class InfraredSurroundings:
 
 def surroundings_in_band(state: SceneState, detector: InfraredDetector) -> InfraredSurroundings:
     """As a detector sees them."""
-    emissions = detector.watts, detector.emission
-    watts, counted = (float(e(np.array(SPACE_TEMPERATURE))) for e in emissions)
     earth = None
     if state.earth is not None:
         sun = state.sun.seen_from(state.earth.position)
         total = total_sunlight(sun.irradiance, state.bands)
-        one, other = (SUNLIGHT_REFLECTED / np.pi * sunlight_in(e, total) for e in emissions)
+        one, other = (SUNLIGHT_REFLECTED / np.pi * total * x for x in sunlight_in_band(detector))
         clear = state.earth.earth.air is None or state.earth.earth.longwave is not None
         transmission = 1.0 if clear else clear_transmission(detector.band)
         earth = _earth(state, state.earth, transmission, (one, other))
     planck = _planck(detector.table.kind, detector.band)
-    return InfraredSurroundings(planck=planck, space=(watts, counted), earth=earth)
+    return InfraredSurroundings(planck=planck, space=space_in_band(detector), earth=earth)
 
 
 def surroundings_at_all_wavelengths(state: SceneState) -> InfraredSurroundings:
@@ -134,7 +131,16 @@ def share_in_bands(bands: Bands) -> float:
     return float(black_body_light(1.0, SOLAR_TEMPERATURE, bands).irradiance.sum())
 
 
-def sunlight_in(emission: Emission, sunlight: float) -> float:
-    """Of the Sun's irradiance over all wavelengths [W m-2] what is in the band of ``emission``."""
+@lru_cache(maxsize=16)
+def sunlight_in_band(detector: InfraredDetector) -> tuple[float, float]:
+    """For each W m-2 of sunlight what is in a detector's band, in W and as it counts [m-2]."""
     total = STEFAN_BOLTZMANN * SOLAR_TEMPERATURE**4 / np.pi
-    return float(emission(np.array(SOLAR_TEMPERATURE)) / total) * sunlight
+    sun = np.array(SOLAR_TEMPERATURE)
+    return float(detector.watts(sun)) / total, float(detector.emission(sun)) / total
+
+
+@lru_cache(maxsize=16)
+def space_in_band(detector: InfraredDetector) -> tuple[float, float]:
+    """Radiance of deep space, in W and as a detector counts [m-2 sr-1]."""
+    space = np.array(SPACE_TEMPERATURE)
+    return float(detector.watts(space)), float(detector.emission(space))

@@ -19,7 +19,7 @@ from simgl.environment_map import cube_cell, cube_directions, cube_solid_angles
 from simgl.scene.posed_mesh import PosedMesh
 from simgl.scene.state import SceneState
 from simgl.thermal.body import ThermalBody
-from simgl.thermal.network import SPACE_TEMPERATURE
+from simgl.thermal.infrared_surroundings import space_in_band
 from simgl.thermal.view_factors import CELLS_ACROSS
 
 # Directions in a cell of the sky along each edge, over which its radiance is averaged, and along
@@ -67,8 +67,7 @@ class EmptySkies:
 
     def in_band(self, state: SceneState, name: str, detector: InfraredDetector) -> SkyLight:  # noqa: ARG002
         """Deep space."""
-        space = np.array(SPACE_TEMPERATURE)
-        return _even(state, (float(detector.watts(space)), float(detector.emission(space))))
+        return _even(state, space_in_band(detector))
 
 
 def _even(state: SceneState, radiance: tuple[float, float]) -> SkyLight:

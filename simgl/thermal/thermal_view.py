@@ -20,7 +20,7 @@ from simgl.thermal.body import ThermalBody
 from simgl.thermal.history import ThermalState
 from simgl.thermal.infrared_surroundings import (
     InfraredSurroundings,
-    sunlight_in,
+    sunlight_in_band,
     surroundings_in_band,
 )
 from simgl.thermal.scene_temperatures import history_of, name_of
@@ -133,7 +133,7 @@ def _reflected(
         others = near.received(sent)
         first = {
             name: outside[name][number]
-            + of.sunlight * sunlight_in(emission, 1.0)
+            + of.sunlight * sunlight_in_band(detector)[number]
             + body.views.factors @ sent[name]
             + others.get(name, 0.0)
             for name, (body, of) in bodies.items()

@@ -176,7 +176,8 @@ def background(state: SceneState, camera: CameraState) -> Background:
         earth = _earth_from(state, state.earth, camera.position, f"[camera.{optics.name}]")
         hidden = EarthCone(direction_icrf=earth.direction_icrf, angular_radius=earth.within)
         earth = replace(earth, view=replace(earth.view, moonlight=_moonlight(state, state.earth)))
-    beyond = celestial(state, camera, cone, hidden)
+    # Stars and Moon are no light of the thermal infrared.
+    beyond = celestial(state, camera, cone, hidden) if optics.thermal is None else None
     return _background(optics.intrinsics, R, cone, seen, earth, beyond)
 
 
