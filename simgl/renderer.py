@@ -12,7 +12,6 @@ import numpy as np
 from simgl.arrays import Array, Array32
 from simgl.camera.camera import Camera
 from simgl.camera.pinhole_fields import pinhole_fields
-from simgl.environment_map import SkyRadiance, with_faces_drawn_out, with_small_light
 from simgl.errors import ConfigError
 from simgl.gpu.context import current, is_software
 from simgl.gpu.release import all_or_nothing, release_all
@@ -46,6 +45,8 @@ from simgl.radiosity.final_gather import LitBody
 from simgl.radiosity.transport_store import JointLight, TransportStore
 from simgl.scene.earth import Earth
 from simgl.scene.spacecraft import SpacecraftModel
+from simgl.sky_renderer import SkyRenderer
+from simgl.thermal.infrared_surroundings import InfraredSurroundings
 from simgl.thermal.thermal_view import ThermalView
 from simgl.thermal_renderer import ThermalRenderer
 from simgl.view.background import SkyView
@@ -95,6 +96,7 @@ class Renderer:
         self._air = AtmospherePass(ctx)
         self._planet = PlanetPass(ctx, self._air)
         self._probes = EnvironmentProbeStore(ctx, self._executor)
+        self.skies = SkyRenderer(ctx, self._planet)
         self._reference_gather = ReferenceGather(self._transports, self._interreflection.light)
         self._resolve = ResolvePass(ctx)
         self._warp = WarpPass(ctx)
@@ -279,14 +281,11 @@ class Renderer:
     def _draw_skies(self, views: Iterable[SkyView | None]) -> None:
         """Draw and read back the skies that the probes lack; these integrate them meanwhile."""
         for view in self._probes.missing(tuple(views)):
-            texels = view.texels
-            target = self._targets.of("sky", (texels, 6 * texels), _BANDS)
-            self._planet.draw_sky(view, target.framebuffer)
-            drawn = target.read().reshape(6, texels, texels, 4)
-            radiance = with_faces_drawn_out(drawn, view.face_texels)
-            if view.moon is not None:
-                radiance = with_small_light(radiance, view.moon.direction, view.moon.irradiance)
-            self._probes.add(view, SkyRadiance(radiance=radiance))
+            self._probes.add(view, self.skies.sky(view))
+
+    def infrared_sky(self, view: SkyView, surroundings: InfraredSurroundings) -> Array32:
+        """What a spacecraft has around it, as ``ThermalRenderer`` gives it."""
+        return self._thermal.draw_sky(view, surroundings)
 
     def _distorted(self, view: FrameView) -> DistortedView | None:
         if view.field is None:
@@ -423,6 +422,7 @@ class Renderer:
             self._thermal,
             self._air,
             self._probes,
+            self.skies,
             self._interreflection,
             self._resolve,
             self._warp,

@@ -40,6 +40,7 @@ from simgl.renderer import Renderer
 from simgl.scenario.scenario import Scenario
 from simgl.scene.lamp_response import DetectorLight, lit_for_detector
 from simgl.scene.state import SceneState
+from simgl.spacecraft_skies import SpacecraftSkies
 from simgl.still_scene import MovingViews, StillScene
 from simgl.thermal.scene_temperatures import TemperatureHistory, Temperatures, ThermalBodies
 from simgl.thermal_frames import ThermalScene, thermal_capture
@@ -92,7 +93,6 @@ class Simulator:
         progress: ProgressCallback | None = None,
     ) -> None:
         self.scenario = scenario
-        self.thermal_bodies = ThermalBodies(scenario.thermal_patches)
         self._owns_ctx = ctx is None
         with preserve_current():
             self._ctx = open_context() if ctx is None else ctx
@@ -111,6 +111,8 @@ class Simulator:
                 self._renderer.prepare(models, scenario.earth, scenario.joint_light, progress)
                 release.pop_all()
             undo.pop_all()
+        self.skies = SpacecraftSkies(self._renderer, self._ctx)
+        self.thermal_bodies = ThermalBodies(scenario.thermal_patches, self.skies)
         self.renderer_name = f"{self._ctx.info['GL_RENDERER']}, {self._ctx.info['GL_VERSION']}"
 
     @property

@@ -48,7 +48,10 @@ def thermal_capture(frames: Capture, seen: ThermalScene, products: frozenset[Pro
         name: (seen.bodies.of(name, body.model), seen.temperatures[name])
         for name, body in still.state.bodies.items()
     }
-    scene = thermal_view(still.state, detector, of_bodies)
+    skies = {
+        name: seen.bodies.skies.in_band(still.state, name, detector) for name in still.state.bodies
+    }
+    scene = thermal_view(still.state, detector, of_bodies, skies)
     drawn = still.renderer.thermal(still.view, scene).read()
     watts, counted, kelvin, share = np.moveaxis(drawn, -1, 0)
     if Product.THERMAL in products:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import moderngl
 
+from simgl.arrays import Array32
 from simgl.camera.camera import Camera
 from simgl.gpu.release import all_or_nothing, release_all
 from simgl.gpu.render_targets import Format, ImageTarget, TargetStore
@@ -17,7 +18,10 @@ from simgl.passes.resolve import DistortedView, ResolvePass
 from simgl.passes.thermal import ThermalPass
 from simgl.passes.visibility import VisibilityPass
 from simgl.passes.warp import WarpPass
+from simgl.thermal.infrared_surroundings import InfraredSurroundings
+from simgl.thermal.sky_light import SKY_CELLS
 from simgl.thermal.thermal_view import ThermalView
+from simgl.view.background import SkyView
 from simgl.view.frame_view import FrameView, lit_parts
 
 _BANDS = (Format("f4", 4),)
@@ -55,21 +59,44 @@ class ThermalRenderer:
         """
         target = self._target("thermal", view.camera)
         target.framebuffer.clear(viewport=(0, 0, *target.size))
-        planck = self._thermal.begin(scene.planck)
+        planck = self._thermal.begin(scene.surroundings.planck)
         lightings = {name: self._thermal.lighting(light) for name, light in scene.lights.items()}
         for seen in view.pinholes:
-            self._background(seen, scene, planck, target)
+            self._background(seen, scene.surroundings, planck, target)
             self._lay_spacecraft(seen, lightings, planck, target)
         return target
 
+    def draw_sky(self, view: SkyView, surroundings: InfraredSurroundings) -> Array32:
+        """(6, n, n, 2) radiance of what a spacecraft has around it, in W m-2 sr-1 and as counted,
+        on the faces of its sky, n cells along an edge of each."""
+        n = SKY_CELLS
+        target = self._targets.of("sky", (n, 6 * n), _BANDS)
+        planck = self._thermal.begin(surroundings.planck)
+        with self._timer.measure("infrared sky"):
+            for row, face in enumerate(view.with_edge(n)):
+                planet = face.planet
+                weather = self._planet.weather(planet.earth) if planet is not None else None
+                area = 0, row * n, n, n
+                self._infrared_earth.draw(
+                    face, surroundings, planck, weather, target.framebuffer, area
+                )
+            return target.read().reshape(6, n, n, 4)[..., :2]
+
     def _background(
-        self, view: FrameView, scene: ThermalView, planck: moderngl.Texture, target: ImageTarget
+        self,
+        view: FrameView,
+        surroundings: InfraredSurroundings,
+        planck: moderngl.Texture,
+        target: ImageTarget,
     ) -> None:
         planet, field = view.background.planet, view.field
         with self._timer.measure("planet"):
             weather = self._planet.weather(planet.earth) if planet is not None else None
             fine = target if field is None else self._target("field", field.fine)
-            self._infrared_earth.draw(view.background, scene, planck, weather, fine.framebuffer)
+            area = (0, 0, *fine.size)
+            self._infrared_earth.draw(
+                view.background, surroundings, planck, weather, fine.framebuffer, area
+            )
         if field is not None:
             with self._timer.measure("warp"):
                 self._warp.mean(field, fine.textures[0], target.framebuffer)

@@ -16,11 +16,13 @@ from simgl.physics.thermal_radiation import band_radiance
 from simgl.scenario.loader import load_scenario
 from simgl.scene.mesh import box
 from simgl.scene.thermal_surface import ThermalPart
+from simgl.simulator import Simulator
 from simgl.thermal.body import thermal_body
 from simgl.thermal.heat_loads import heat_loads
 from simgl.thermal.history import steady_state
 from simgl.thermal.network import SPACE_TEMPERATURE
 from tests.thermal.test_closed_forms import exchange_of_two_plates, grey, painted
+from tests.thermal.test_published_box import PUBLISHED, TOLERANCE, box_in_orbit
 from tests.thermal.test_thermal_image import (
     LONG,
     MID,
@@ -31,7 +33,13 @@ from tests.thermal.test_thermal_image import (
     sheet,
     within_a_closed_box,
 )
-from tests.thermal.thermal_scenes import FINISHES, SUNLIGHT, in_sunlight, surface
+from tests.thermal.thermal_scenes import (
+    FINISHES,
+    SUNLIGHT,
+    heat_in_space,
+    in_sunlight,
+    surface,
+)
 
 _GOAL = 0.1  # [K]
 # A lumped sphere in an orbit of two levels of light: period, time in shadow, step [s].
@@ -48,13 +56,24 @@ def table(gl: moderngl.Context) -> Table:
         seen = closed_box_brightness(gl, emissivity)
         case = f"in a closed box of 300 K, emissivity {emissivity:g}"
         rows.append(difference(case, 300.0, seen, _GOAL))
+    rows += _published_box(gl)
     return Table(
         title="Temperatures",
-        reference="Stefan-Boltzmann in closed form; the orbit by an 8th-order integration",
+        reference="Stefan-Boltzmann in closed form; the orbit by an 8th-order integration; the box "
+        "of six nodes by ESATAN-TMS (Meijering 2024, MSc thesis, TU Delft)",
         quantity="temperature, and brightness temperature in images [K]",
         error="difference [K]",
         rows=rows,
     )
+
+
+def _published_box(gl: moderngl.Context) -> Iterator[Row]:
+    for name, seen in box_in_orbit(gl).items():
+        for word, truth, value in zip(
+            ("lowest", "highest"), PUBLISHED[name][1:], seen, strict=True
+        ):
+            case = f"box of six nodes in orbit, face {name}, {word}"
+            yield difference(case, truth, value, TOLERANCE)
 
 
 def radiation(gl: moderngl.Context) -> Table:
@@ -109,7 +128,9 @@ def _balance() -> Row:
     name = next(iter(scenario.models))
     body = thermal_body(name, scenario.models[name], 300)
     network, worst = body.network, 0.0
-    loads = heat_loads(body, scenario.at(scenario.epoch_tai_ns))
+    state = scenario.at(scenario.epoch_tai_ns)
+    with Simulator(scenario) as simulator:
+        loads = heat_loads(body, state, simulator.skies.heat(state, name))
     t = network.steady(loads.heat)
     for seconds in (1.0, 10.0, 60.0, 600.0):
         after = network.step(t, body.power, seconds)
@@ -139,7 +160,8 @@ def _in_sunlight() -> Iterator[Row]:
 def _warmest(model: Mapping[str, object], count: int) -> float:
     scenario = in_sunlight(dict(model))
     body = thermal_body("body", scenario.models["body"], count)
-    state = steady_state(body, scenario.at(scenario.epoch_tai_ns))
+    scene = scenario.at(scenario.epoch_tai_ns)
+    state = steady_state(body, scene, heat_in_space(scene))
     return float(state.temperatures[: body.patch_count].max())
 
 

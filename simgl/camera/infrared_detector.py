@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Literal
 
 import numpy as np
@@ -106,7 +106,7 @@ class InfraredDetector:
         t = self.table
         return np.pi * t.transmission / (4.0 * t.f_number**2 + 1.0)
 
-    @property
+    @cached_property
     def optics_radiance(self) -> float:
         """Radiance of the warm optics, over that of the scene's light that they pass."""
         t = self.table
@@ -121,11 +121,20 @@ class InfraredDetector:
         """
         t = self.table
         if t.kind == "bolometer":
-            low, high = self.emission(np.array(t.range_k))
+            low, high = self._range
             return np.asarray((radiance - low) / (high - low) * (self.levels - 1))
         area = (1e-6 * t.pixel_pitch_um) ** 2
         rate = (radiance + self.optics_radiance) * self.collected * area * t.quantum_efficiency
         return np.asarray(1e-3 * t.integration_time_ms * (rate + t.dark_current_e_s))
+
+    @cached_property
+    def _range(self) -> Array:
+        """(2,) radiance of a bolometer's lowest and highest DN."""
+        return self.emission(np.array(self.table.range_k))
+
+    @cached_property
+    def _netd_response(self) -> float:
+        return self.response(NETD_TEMPERATURE)
 
     @property
     def electrons_per_dn(self) -> float:
@@ -146,7 +155,7 @@ class InfraredDetector:
         """
         t = self.table
         if t.kind == "bolometer":
-            return np.full(np.shape(signal), 1e-3 * t.netd_mk * self.response(NETD_TEMPERATURE))
+            return np.full(np.shape(signal), 1e-3 * t.netd_mk * self._netd_response)
         return np.sqrt(np.maximum(signal, 0.0) + t.read_noise_e**2)
 
     def digitised(
@@ -161,7 +170,7 @@ class InfraredDetector:
         """
         t, shape = self.table, radiance.shape
         blurred = diffracted(radiance, self)
-        response = abs(self.response(NETD_TEMPERATURE))
+        response = abs(self._netd_response)
         signal = self.signal(blurred)
         gain = 1.0 + t.gain_spread * _pattern(shape, *seed, _GAIN)
         offset = t.offset_spread_k * _pattern(shape, *seed, _OFFSET)

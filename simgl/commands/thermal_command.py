@@ -16,7 +16,7 @@ from simgl.errors import ConfigError, did_you_mean
 from simgl.sequence.epoch_options import SpanOptions
 
 if TYPE_CHECKING:
-    from simgl.scenario.scenario import Scenario
+    from simgl.simulator import Simulator
     from simgl.thermal.scene_temperatures import Temperatures
 
 
@@ -55,7 +55,6 @@ def thermal(
     from simgl.output import check_writable
     from simgl.sequence.epochs import regular
     from simgl.sequence.epochs import span as chosen_span
-    from simgl.thermal.body import thermal_body
     from simgl.thermal.history import thermal_history
 
     loaded = load(scenario)
@@ -78,20 +77,23 @@ def thermal(
             raise ConfigError(COMMAND_LINE, "--camera", problem)
     check_writable(out)
     bodies = {}
-    with activity("tracing how the surfaces see each other") as progress:
-        for other in names if camera is not None else [name]:
-            body = thermal_body(other, loaded.models[other], patches)
-            progress.begin_stage(f"heat of {other} along the trajectory")
-            states = list(thermal_history(body, loaded, epochs, initial.value, progress))
-            bodies[other] = body, states
-        body, states = bodies[name]
-        table, image = out / f"{name}.thermal.csv", out / f"{name}.thermal.png"
-        write_temperatures(table, body, states)
-        write_heat_map(image, body, states[-1])
-        paths = [table, image]
-    if camera is not None:
-        last_states = {other: of_body[-1] for other, (_, of_body) in bodies.items()}
-        paths += _image(loaded, camera, epochs[-1], patches, last_states, out)
+    with opened(replace(loaded, thermal_patches=patches)) as simulator:
+        with activity("tracing how the surfaces see each other") as progress:
+            for other in names if camera is not None else [name]:
+                body = simulator.thermal_bodies.of(other, loaded.models[other], progress)
+                progress.begin_stage(f"heat of {other} along the trajectory")
+                history = thermal_history(
+                    body, loaded, epochs, simulator.skies, initial.value, progress
+                )
+                bodies[other] = body, list(history)
+            body, states = bodies[name]
+            table, image = out / f"{name}.thermal.csv", out / f"{name}.thermal.png"
+            write_temperatures(table, body, states)
+            write_heat_map(image, body, states[-1])
+            paths = [table, image]
+        if camera is not None:
+            last_states = {other: of_body[-1] for other, (_, of_body) in bodies.items()}
+            paths += _image(simulator, camera, epochs[-1], last_states, out)
     coldest, hottest = (
         f(float(f(s.temperatures[: body.patch_count])) for s in states) for f in (min, max)
     )
@@ -103,21 +105,14 @@ def thermal(
 
 
 def _image(
-    scenario: Scenario,
-    camera: str,
-    tai_ns: int,
-    patches: int,
-    temperatures: Temperatures,
-    folder: Path,
+    simulator: Simulator, camera: str, tai_ns: int, temperatures: Temperatures, folder: Path
 ) -> list[Path]:
     """The files of a thermal camera's image."""
     from simgl.maps import write_maps
     from simgl.output import write_capture
-    from simgl.simulator import Product
+    from simgl.products import Product
 
     products = {Product.DN, Product.THERMAL, Product.TRUTH}
-    with opened(replace(scenario, thermal_patches=patches)) as simulator:
-        capture = simulator.capture(
-            scenario.at(tai_ns), camera, products, temperatures=temperatures
-        )
+    state = simulator.scenario.at(tai_ns)
+    capture = simulator.capture(state, camera, products, temperatures=temperatures)
     return [*write_capture(capture, folder, camera), *write_maps(capture, folder, camera)]

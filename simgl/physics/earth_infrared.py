@@ -1,21 +1,21 @@
 """The Earth in the thermal infrared: temperature by latitude, month, local time; its radiance.
 
-A climate in closed form, without weather: zonal means of an energy-balance model (North 1975), a
-seasonal and a daily swing, one layer of air and one of cloud. Brightness temperatures of a
-place are right to some 10 K, zonal means to 5 K: good for the light that the Earth sends to a
-spacecraft and for what stands behind it in an image, not for meteorology.
+A climate in closed form: zonal means of an energy-balance model (North 1975), a seasonal and a
+daily swing, one layer of air; cloud is that of the visible image. shaders/infrared_earth draws it,
+in a camera's band and, for heat, at all wavelengths. Brightness temperatures of a place are right
+to some 10 K, zonal means to 5 K: good for the light that the Earth sends to a spacecraft and for
+what stands behind it in an image, not for meteorology.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from simgl.arrays import Array
-from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS
+from simgl.physics.constants import STEFAN_BOLTZMANN, WGS84_EQUATORIAL_RADIUS
 
 # Radiance of a black body of temperatures [K], of any band and unit.
 Emission = Callable[[Array], Array]
@@ -30,6 +30,9 @@ _DAY, _WARMEST_HOUR = 4.0, 14.0
 # Long-wave flux that leaves the Earth: its mean (Loeb et al. 2018) and how it changes with the
 # ground's temperature (North 1975, after Budyko) [W m-2, W m-2 K-1].
 MEAN_LONGWAVE, _PER_KELVIN = 240.0, 2.09
+# Of clear skies over ground of the mean temperature, so that the mean over the Earth with the usual
+# clouds is that; CERES has 266 to 268 (Loeb et al. 2018) [W m-2].
+CLEAR_LONGWAVE = 271.0
 # Share of that mean swing that sea and land have, so that 29 % of land give the mean.
 _SEA_SWING, _LAND_SWING = 0.2, 2.96
 # [K m-1] of the standard atmosphere; how far below the ground the absorbing air is [K]; its scale
@@ -37,21 +40,8 @@ _SEA_SWING, _LAND_SWING = 0.2, 2.96
 _LAPSE, _AIR_COLDER, _AIR_SCALE, _COLDEST_AIR = 6.5e-3, 20.0, 2.5e3, 200.0
 # Of thin high cloud [m].
 _HIGH_CLOUD = 10e3
-
-
-@dataclass(frozen=True)
-class InfraredAir:
-    """The air in a band.
-
-    transmission : at zenith, to space, of clear air; 1 without air
-    cloud_cover, cloud_height : share of the ground below cloud, and its top [m]
-    reflectance : of the Earth for sunlight in the band
-    """
-
-    transmission: float
-    cloud_cover: float
-    cloud_height: float
-    reflectance: float = 0.1
+# Of the Earth for sunlight in an infrared band.
+SUNLIGHT_REFLECTED = 0.1
 
 
 def clear_transmission(band: tuple[float, float]) -> float:
@@ -67,28 +57,23 @@ def clear_transmission(band: tuple[float, float]) -> float:
     return 0.45 if middle < 5.5e-6 else 0.10
 
 
-def ground_temperature(sin_latitude: ArrayLike, day: float, hour: ArrayLike) -> Array:
-    """(...) of the ground [K].
+def longwave_radiance(temperature: ArrayLike, *, clouds_apart: bool) -> Array:
+    """(...) radiance to space at all wavelengths of ground at a temperature, or of cloud whose top
+    has it [W m-2 sr-1].
 
-    sin_latitude, hour : (...) hour of local solar time
-    day : of the year
+    clouds_apart : cloud is drawn; else the flux is that of the usual clouds over such ground
+
+    The flux is linear, as the air over warmer ground holds more vapour (Budyko 1969). Down to cloud
+    at 10 km, with little vapour above it, that stays within 10 % of a black body.
     """
-    x = np.asarray(sin_latitude, dtype=np.float64)
-    daily = _DAY * np.sqrt(np.maximum(1.0 - x * x, 0.0))
-    swing = np.cos(2.0 * np.pi * (np.asarray(hour) - _WARMEST_HOUR) / 24.0)
-    return zonal_temperature(x, day) + daily * swing
+    level = CLEAR_LONGWAVE if clouds_apart else MEAN_LONGWAVE
+    flux = level + _PER_KELVIN * (np.asarray(temperature, dtype=np.float64) - _MEAN)
+    return np.asarray(np.maximum(flux, 0.0) / np.pi)
 
 
-def zonal_temperature(sin_latitude: ArrayLike, day: float) -> Array:
-    """(...) mean over a day and a circle of latitude [K]."""
-    x = np.asarray(sin_latitude, dtype=np.float64)
-    season = np.cos(2.0 * np.pi * (day - _WARMEST_DAY) / 365.2425)
-    return np.asarray(_MEAN + _SECOND * 0.5 * (3.0 * x * x - 1.0) + _YEAR * x * season)
-
-
-def outgoing_longwave(sin_latitude: ArrayLike, day: float) -> Array:
-    """(...) flux that leaves the Earth at all wavelengths, in the mean over a day [W m-2]."""
-    return MEAN_LONGWAVE + _PER_KELVIN * (zonal_temperature(sin_latitude, day) - _MEAN)
+def temperature_of_flux(flux: float) -> float:
+    """Of a black body that sends a flux [W m-2] [K]."""
+    return float((flux / STEFAN_BOLTZMANN) ** 0.25)
 
 
 def grazing_mass(radius: float = WGS84_EQUATORIAL_RADIUS) -> float:
@@ -96,18 +81,12 @@ def grazing_mass(radius: float = WGS84_EQUATORIAL_RADIUS) -> float:
     return float(np.sqrt(0.5 * np.pi * radius / _AIR_SCALE))
 
 
-def air_mass(view_cosine: Array) -> Array:
-    """(...) air along a path that leaves the ground at a cosine, over that at zenith.
+def shader_values(day: float, radius: float, everywhere: float | None = None) -> dict[str, float]:
+    """The climate as simgl/passes/background/infrared_earth.py hands it on; lengths in km.
 
-    1 / sqrt(mu^2 + 2 H / pi R): an exponential layer around a sphere, exact along the vertical and
-    the horizon, 8 % off between.
+    everywhere : temperature of all the ground, in place of the climate's [K]
     """
-    return np.asarray(1.0 / np.sqrt(np.asarray(view_cosine) ** 2 + grazing_mass() ** -2))
-
-
-def shader_values(day: float, radius: float) -> dict[str, float]:
-    """The climate as simgl/passes/background/infrared_earth.py hands it on; lengths in km."""
-    return {
+    values = {
         "mean_temperature": _MEAN,
         "second_harmonic": _SECOND,
         "season": _YEAR * float(np.cos(2.0 * np.pi * (day - _WARMEST_DAY) / 365.2425)),
@@ -122,27 +101,7 @@ def shader_values(day: float, radius: float) -> dict[str, float]:
         "coldest_air": _COLDEST_AIR,
         "high_cloud_km": 1e-3 * _HIGH_CLOUD,
     }
-
-
-def earth_radiance(
-    temperature: Array, view_cosine: Array, air: InfraredAir, emission: Emission
-) -> Array:
-    """(...) radiance towards space of ground, cloud and air, of black emitters.
-
-    temperature : (...) of the ground [K]
-    view_cosine : (...) of the angle between the vertical and the line of sight there
-    emission : radiance of a black body in the band
-
-    Clear: t B(T) + (1 - t) B(T - 20 K) with t the transmission along the path; cloudy:
-    B(T - 6.5 K km-1 h).
-    """
-    grid = np.linspace(150.0, 340.0, 191)
-    known = emission(grid)
-
-    def black(t: Array) -> Array:
-        return np.interp(t, grid, known)
-
-    path = air.transmission ** air_mass(view_cosine)
-    clear = path * black(temperature) + (1.0 - path) * black(temperature - _AIR_COLDER)
-    cloud = black(temperature - _LAPSE * air.cloud_height)
-    return np.asarray((1.0 - air.cloud_cover) * clear + air.cloud_cover * cloud)
+    if everywhere is None:
+        return values
+    even = dict.fromkeys(("second_harmonic", "season", "sea_swing", "land_swing"), 0.0)
+    return values | even | {"mean_temperature": everywhere}

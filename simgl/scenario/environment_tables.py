@@ -71,6 +71,9 @@ def read_earth(
     if table.radius_km is not None and table.shape != "sphere":
         raise ConfigError(where, "radius_km", f'goes with shape = "sphere", got "{table.shape}"')
     albedo = None if table.albedo is None else fractions(table.albedo, where, "albedo")
+    if table.longwave_w_m2 is not None and albedo is None:
+        problem = "goes with an albedo; an Earth with maps has a climate and clouds"
+        raise ConfigError(where, "longwave_w_m2", problem)
     if table.shape == "none":
         if albedo is not None:
             raise ConfigError(where, "albedo", 'goes with an Earth, got shape = "none"')
@@ -83,7 +86,9 @@ def read_earth(
     air = _air_of(table.atmosphere or default, bands, where)
     if albedo is not None:
         _refuse_map_keys(table, where, "albedo")
-        earth = Earth(bands=bands, albedo=bands.of_rgbn(albedo), air=air)
+        earth = Earth(
+            bands=bands, albedo=bands.of_rgbn(albedo), air=air, longwave=table.longwave_w_m2
+        )
     else:
         wind, clouds, maps = _read_maps(table, where, base)
         frost = maps.land is None if table.ice_and_snow is None else table.ice_and_snow

@@ -93,6 +93,8 @@ class EarthTable(Table, frozen=True, kw_only=True):
     shape : "wgs84", "sphere" or "none"
     radius_km : of the sphere
     albedo : Lambert, one number or four bands, instead of maps and clouds
+    longwave_w_m2 : with an albedo: heat that all the ground sends, as a black body without air;
+        omitted, that of a climate
     atmosphere : "standard", "source" (the lighting study's own set) or "none"; default "standard"
         with WGS84 and "none" with a sphere. What scatters and dims light over the ground, at the
         limb, before spacecraft inside it, and on sunlight's way past the Earth
@@ -108,6 +110,7 @@ class EarthTable(Table, frozen=True, kw_only=True):
     shape: Literal["wgs84", "sphere", "none"] = "wgs84"
     radius_km: Positive | None = None
     albedo: BandValues | None = None
+    longwave_w_m2: Annotated[float, Meta(gt=0.0, le=1000.0)] | None = None
     atmosphere: Literal["standard", "source", "none"] | None = None
     wind_m_s: Annotated[float, Meta(ge=0.0, le=40.0)] | None = None
     ice_and_snow: bool | None = None

@@ -105,6 +105,8 @@ class Earth:
     frost : sea ice and snow on land change with the seasons
     moonlight, airglow : the Moon, and the glow of the atmosphere, light ground and clouds at night;
         the glow itself is drawn too
+    longwave : heat that all its ground sends as a black body, without air [W m-2]; None for a
+        climate, and clouds where there are maps
     airglow_waves : rms of the waves in that glow over its mean
     aurora_kp : magnetic activity Kp, 0 to 9, of the aurora; None draws none
     """
@@ -115,6 +117,7 @@ class Earth:
     albedo: tuple[float, float, float, float] | None = None
     regolith: Regolith | None = None
     air: Air | None = None
+    longwave: float | None = None
     wind: float = 7.0
     wind_varies: bool = False
     clouds: Clouds | None = None

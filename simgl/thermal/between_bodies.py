@@ -15,7 +15,8 @@ from simgl.rays import ray_tracer
 from simgl.scene.posed_mesh import PosedMesh
 from simgl.scene.state import SceneState
 from simgl.thermal.body import ThermalBody, patches_met
-from simgl.thermal.heat_loads import SKY_CELLS, HeatLoads, body_motion, heat_loads, outer_light
+from simgl.thermal.heat_loads import HeatLoads, body_motion, heat_loads, outer_light
+from simgl.thermal.sky_light import SKY_CELLS, SkyLight
 
 # A body counts that may fill this share of another's hemisphere; less is 2 W m-2 and some 0.3 K.
 _NEAR = 4e-3
@@ -38,7 +39,8 @@ class Neighbours:
 
     factors : by receiver and sender, (p, q) csr, the share of the hemisphere of each of p patches
         that each of q covers; reciprocal
-    hidden : by receiver, (p, cells) csr, the share that others cover, by cells of the sky
+    hidden : by receiver, (p, cells) csr, the share that others cover, by cells of the sky in its
+        axes
     """
 
     factors: Mapping[tuple[str, str], sparse.csr_matrix]
@@ -99,19 +101,25 @@ def _reciprocal(
 
 
 def scene_heat_loads(
-    bodies: Bodies, state: SceneState, temperatures: OfBodies, known: Neighbours | None = None
+    bodies: Bodies,
+    state: SceneState,
+    skies: Mapping[str, SkyLight],
+    temperatures: OfBodies,
+    known: Neighbours | None = None,
 ) -> dict[str, HeatLoads]:
     """The heat of every body of a scene, with what bodies near each other exchange.
 
+    skies : the heat of each (``Skies.heat``)
     temperatures : (n,) of each body's nodes, whose patches warm the others [K]
     known : the ``neighbours`` of the scene, where they are
     """
     near = neighbours(bodies, state) if known is None else known
-    loads = {n: heat_loads(body, state) for n, body in bodies.items() if n not in near.hidden}
+    alone = {name: body for name, body in bodies.items() if name not in near.hidden}
+    loads = {name: heat_loads(body, state, skies[name]) for name, body in alone.items()}
     together = {name: bodies[name] for name in near.hidden}
     if not together:
         return loads
-    outer = {n: outer_light(body, state, near.hidden[n]) for n, body in together.items()}
+    outer = {n: outer_light(b, state, skies[n], near.hidden[n]) for n, b in together.items()}
     emitted = {
         name: _emitted_radiosity(body, temperatures[name][: body.patch_count])
         for name, body in together.items()
@@ -233,7 +241,7 @@ def _seen(
     moved = body_motion(sender, state)[sender.group[side]][:, :3, :3]
     as_stored = np.einsum("kji,kj->ki", moved, ways[met] @ turn.T)
     patches = patches_met(sender, triangle[met].astype(np.int64), as_stored)
-    cells = cube_cell(ways[met] @ one.pose.R_icrf_from_body.T, SKY_CELLS)
+    cells = cube_cell(ways[met], SKY_CELLS)
     rows, values = patch[met], weight[met]
     count = receiver.patch_count
     seen = sparse.csr_matrix((values, (rows, patches)), shape=(count, sender.patch_count))

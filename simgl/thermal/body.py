@@ -221,7 +221,7 @@ def _conduction(
     """The Laplacian of conductances between patches, and from them to the structures [W K-1]."""
     count = len(patches.areas)
     first, second, length = _shared_edges(mesh, patches, sides)
-    middles = patches.points.mean(axis=1)
+    middles = _middles(mesh, patches, sides)
     distance = np.linalg.norm(middles[first] - middles[second], axis=1)
     sheet = np.array(
         [SHEET_CONDUCTANCE if p.sheet_conductance is None else p.sheet_conductance for p in parts]
@@ -239,6 +239,16 @@ def _conduction(
     pairs = sparse.csr_matrix((values, (rows, columns)), shape=(size, size))
     pairs = sparse.csr_matrix(pairs + pairs.T)
     return sparse.csr_matrix(sparse.diags_array(np.asarray(pairs.sum(axis=1)).ravel()) - pairs)
+
+
+def _middles(mesh: Mesh, patches: Patches, sides: int) -> Array:
+    """(p, 3) centroids of the patches, stored mesh [m]."""
+    areas = np.tile(face_normals(mesh)[1], sides)
+    centroids = np.tile(mesh.positions[mesh.triangles].mean(axis=1), (sides, 1))
+    count = len(patches.areas)
+    total = np.maximum(np.bincount(patches.of_side, areas, count), 1e-30)
+    sums = [np.bincount(patches.of_side, areas * one, count) for one in centroids.T]
+    return np.stack(sums, axis=1) / total[:, None]
 
 
 def _shared_edges(mesh: Mesh, patches: Patches, sides: int) -> tuple[IndexArray, IndexArray, Array]:

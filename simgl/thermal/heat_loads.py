@@ -2,31 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
 
 from simgl.arrays import Array, Mask
-from simgl.environment_map import cube_cell, cube_directions, cube_solid_angles
-from simgl.physics.earth_infrared import outgoing_longwave
 from simgl.rays import ray_tracer
-from simgl.scene.earth import Clouds, Earth
-from simgl.scene.posed_mesh import PosedMesh
-from simgl.scene.state import BodyState, EarthState, SceneState
+from simgl.scene.state import BodyState, SceneState
 from simgl.thermal.body import ThermalBody
-from simgl.thermal.ground_seen import day_of_year, ground_seen, total_sunlight
-from simgl.thermal.view_factors import CELLS_ACROSS, absorbed_light
-
-# Share of sunlight that an Earth with maps reflects: without clouds, and with those of the usual
-# cover (Loeb et al. 2018, rounded).
-_CLEAR_ALBEDO, _USUAL_ALBEDO = 0.15, 0.30
-
-# Directions in a cell of the sky along each edge, over which its radiance is averaged, and along
-# the edge of a cube.
-_FINER = 4
-SKY_CELLS = CELLS_ACROSS * _FINER
+from simgl.thermal.infrared_surroundings import total_sunlight
+from simgl.thermal.sky_light import SkyLight, light_of_sky, motion_of
+from simgl.thermal.view_factors import absorbed_light
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -53,26 +40,27 @@ class OuterLight:
 
 
 def outer_light(
-    body: ThermalBody, state: SceneState, hidden: sparse.csr_matrix | None = None
+    body: ThermalBody, state: SceneState, sky: SkyLight, hidden: sparse.csr_matrix | None = None
 ) -> OuterLight:
     """What Sun and Earth send to a body in a scene.
 
+    sky : its heat (``Skies.heat``)
     hidden : (p, cells) shares of the patches' hemispheres that other bodies cover
     """
-    albedo, infrared = np.zeros(body.patch_count), np.zeros(body.patch_count)
+    albedo, infrared = light_of_sky(body, state, sky, hidden).T
     sunlight = _sunlight(body, state, state.bodies[body.name])
-    if state.earth is not None:
-        albedo, infrared = _earthlight(body, state, state.earth, hidden)
     return OuterLight(sunlight=sunlight, albedo=albedo, earth_infrared=infrared)
 
 
-def heat_loads(body: ThermalBody, state: SceneState) -> HeatLoads:
+def heat_loads(body: ThermalBody, state: SceneState, sky: SkyLight) -> HeatLoads:
     """The heat of a body in a scene.
+
+    sky : its heat (``Skies.heat``)
 
     Form factors are those of the stored joints; what comes from Sun and Earth follows the joints.
     Of other spacecraft their shadows only; for more see ``scene_heat_loads``.
     """
-    count, light = body.patch_count, outer_light(body, state)
+    count, light = body.patch_count, outer_light(body, state, sky)
     solar = absorbed_light(body.views, body.absorptance, light.sunlight + light.albedo)
     warm = absorbed_light(body.views, body.emissivity, light.earth_infrared)
     heat = body.power.copy()
@@ -88,12 +76,7 @@ def heat_loads(body: ThermalBody, state: SceneState) -> HeatLoads:
 def body_motion(body: ThermalBody, state: SceneState) -> Array:
     """(groups, 4, 4) body_from_stored of a body's rigid groups."""
     posed = state.bodies[body.name].model.posed_mesh
-    return _motion(posed, int(body.group.max(initial=0)) + 1)
-
-
-def _motion(posed: PosedMesh, groups: int) -> Array:
-    """(groups, 4, 4) body_from_stored."""
-    return np.tile(np.eye(4), (groups, 1, 1)) if posed.motion is None else posed.motion
+    return motion_of(posed, int(body.group.max(initial=0)) + 1)
 
 
 def _sunlight(body: ThermalBody, state: SceneState, seen: BodyState) -> Array:
@@ -101,11 +84,11 @@ def _sunlight(body: ThermalBody, state: SceneState, seen: BodyState) -> Array:
     posed = seen.model.posed_mesh
     place = seen.pose.position
     sun = state.sun.seen_from(place)
-    irradiance = total_sunlight(sun.irradiance) * state.sunlit_share(place)
+    irradiance = total_sunlight(sun.irradiance, state.bands) * state.sunlit_share(place)
     shape = body.patches.points.shape
     if irradiance == 0.0:
         return np.zeros(shape[0])
-    motion = _motion(posed, int(body.group.max(initial=0)) + 1)[body.group]
+    motion = motion_of(posed, int(body.group.max(initial=0)) + 1)[body.group]
     direction = seen.pose.R_icrf_from_body.T @ sun.direction_icrf
     normals = np.einsum("pij,psj->psi", motion[:, :3, :3], body.patches.normals)
     points = np.einsum("pij,psj->psi", motion[:, :3, :3], body.patches.points)
@@ -158,78 +141,3 @@ def _shaded_by_others(state: SceneState, seen: BodyState, starts: Array, rays: A
             continue
         shaded |= ray_tracer(mesh).occluded(starts @ turn.T + shift, rays @ turn.T)
     return shaded
-
-
-def bond_albedo(earth: Earth, irradiance: Array) -> float:
-    """Share of all sunlight that an Earth reflects.
-
-    irradiance : (4,) of the Sun in the bands, which stand for all wavelengths where the Earth has
-        an albedo of its own
-    """
-    if earth.albedo is not None:
-        return float(irradiance @ np.array(earth.albedo) / irradiance.sum())
-    clouds = earth.clouds
-    if clouds is None or clouds.image is not None:
-        return _CLEAR_ALBEDO if clouds is None else _USUAL_ALBEDO
-    share = clouds.cover / Clouds.cover
-    return min(_CLEAR_ALBEDO + (_USUAL_ALBEDO - _CLEAR_ALBEDO) * share, 1.0)
-
-
-def _earthlight(
-    body: ThermalBody, state: SceneState, earth: EarthState, hidden: sparse.csr_matrix | None
-) -> tuple[Array, Array]:
-    """(p,) reflected sunlight and long-wave radiation of the Earth on the patches [W m-2].
-
-    The long-wave flux is that of the climate by latitude and season which thermal images show.
-    """
-    sun = state.sun.seen_from(earth.position)
-    position = state.bodies[body.name].pose.position
-    reflected = bond_albedo(earth.earth, sun.irradiance) * total_sunlight(sun.irradiance) / np.pi
-    day = day_of_year(state.tai_ns)
-
-    def radiances(lines: Array) -> Array:
-        ground = ground_seen(lines, position, earth, sun.direction_icrf)
-        sunlit = reflected * ground.met * np.maximum(ground.sun_cosine, 0.0)
-        flux = outgoing_longwave(ground.normal[:, 2], day)
-        return np.stack([sunlit, flux / np.pi * ground.met], axis=1)
-
-    albedo, infrared = light_of_sky(body, state, radiances, hidden).T
-    return albedo, infrared
-
-
-def light_of_sky(
-    body: ThermalBody,
-    state: SceneState,
-    radiances: Callable[[Array], Array],
-    hidden: sparse.csr_matrix | None = None,
-) -> Array:
-    """(p, m) light of the sky on the patches, where the body leaves it free.
-
-    radiances : of m lights along lines of sight (k, 3), ICRF, from the body: (k, m)
-    hidden : (p, cells) shares of the patches' hemispheres that other bodies cover
-
-    Each cell of the sky has its mean radiance. It is evaluated once, on a cube in ICRF axes.
-    """
-    seen = state.bodies[body.name]
-    fine = SKY_CELLS
-    directions = cube_directions(fine).reshape(-1, 3)
-    weight = np.tile(cube_solid_angles(fine).ravel(), 6)[:, None]
-    solid_angles, light = _cell_sums(weight), radiances(directions)
-    motion = _motion(seen.model.posed_mesh, int(body.group.max(initial=0)) + 1)
-    rotations, of_group = np.unique(motion[:, :3, :3], axis=0, return_inverse=True)
-    lights = np.zeros((body.patch_count, light.shape[1]))
-    for number, rotation in enumerate(rotations):
-        chosen = np.flatnonzero(of_group.ravel()[body.group] == number)
-        if not len(chosen):
-            continue
-        R_icrf_from_stored = seen.pose.R_icrf_from_body @ rotation
-        turned = light[cube_cell(directions @ R_icrf_from_stored.T, fine)]
-        mean = _cell_sums(weight * turned) / solid_angles
-        lights[chosen] = np.pi * (body.views.sky[chosen] @ mean)
-    return lights if hidden is None else np.maximum(lights - np.pi * (hidden @ light), 0.0)
-
-
-def _cell_sums(values: Array) -> Array:
-    """(6 CELLS_ACROSS^2, m) sums of (k, m) over the finer directions of each cell of the sky."""
-    shape = 6, CELLS_ACROSS, _FINER, CELLS_ACROSS, _FINER, values.shape[1]
-    return values.reshape(shape).sum(axis=(2, 4)).reshape(-1, values.shape[1])

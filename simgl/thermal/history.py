@@ -17,6 +17,7 @@ from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState
 from simgl.thermal.body import ThermalBody
 from simgl.thermal.heat_loads import HeatLoads, heat_loads
+from simgl.thermal.sky_light import Skies, SkyLight
 
 Start = Literal["steady", "periodic"]
 
@@ -44,9 +45,12 @@ class ThermalState:
     digest: str
 
 
-def steady_state(body: ThermalBody, state: SceneState) -> ThermalState:
-    """What a body's temperatures would be, had the scene stood as it is for ever."""
-    return steady_under(body, heat_loads(body, state), state.tai_ns)
+def steady_state(body: ThermalBody, state: SceneState, sky: SkyLight) -> ThermalState:
+    """What a body's temperatures would be, had the scene stood as it is for ever.
+
+    sky : its heat (``Skies.heat``)
+    """
+    return steady_under(body, heat_loads(body, state, sky), state.tai_ns)
 
 
 def steady_under(
@@ -63,18 +67,13 @@ def steady_under(
     )
 
 
-def advanced(body: ThermalBody, before: ThermalState, state: SceneState) -> ThermalState:
-    """The state in a later scene; the light between is the mean of both ends.
-
-    Raises SimglError for a scene that is not later.
-    """
-    return advanced_under(body, before, heat_loads(body, state), state.tai_ns)
-
-
 def advanced_under(
     body: ThermalBody, before: ThermalState, loads: HeatLoads, tai_ns: int
 ) -> ThermalState:
-    """The same under known heat."""
+    """The state at a later time; the light between is the mean of both ends.
+
+    Raises SimglError for a time that is not later.
+    """
     seconds = 1e-9 * (tai_ns - before.tai_ns)
     if seconds <= 0.0:
         raise SimglError(f"temperatures go on from an earlier time, not from {-seconds:g} s later")
@@ -94,19 +93,22 @@ def thermal_history(
     body: ThermalBody,
     scenario: Scenario,
     epochs: Sequence[int],
+    skies: Skies,
     start: Start = "steady",
     progress: ProgressCallback | None = None,
 ) -> Iterator[ThermalState]:
     """A body's state at each epoch, the first included.
 
     epochs : [TAI ns], increasing; the steps between them take the mean light of their ends
+    skies : those of a simulator (``Simulator.skies``), or ``EmptySkies`` without an Earth
     start : the steady state of the first epoch, or the state that comes back when the span repeats
     """
     report = silent if progress is None else progress
     ends = list(epochs)
     loads = []
     for number, end in enumerate(ends):
-        loads.append(heat_loads(body, scenario.at(end)))
+        state = scenario.at(end)
+        loads.append(heat_loads(body, state, skies.heat(state, body.name)))
         report(number + 1, len(ends))
     first = loads[0]
     if start == "periodic":
@@ -120,7 +122,7 @@ def thermal_history(
     else:
         temperatures = body.network.steady(first.heat)
         digest = _digest(body.network.digest, b"steady", first.heat)
-    state = ThermalState(
+    reached = ThermalState(
         tai_ns=ends[0],
         temperatures=temperatures,
         sunlight=first.sunlight,
@@ -128,10 +130,10 @@ def thermal_history(
         history=start,
         digest=digest,
     )
-    yield state
+    yield reached
     for light, end in zip(loads[1:], ends[1:], strict=True):
-        state = advanced_under(body, state, light, end)
-        yield state
+        reached = advanced_under(body, reached, light, end)
+        yield reached
 
 
 def _periodic(body: ThermalBody, heats: Sequence[Array], seconds: Sequence[float]) -> Array:

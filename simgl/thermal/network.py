@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -11,7 +12,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import SuperLU, splu
 
-from simgl.arrays import Array, IndexArray
+from simgl.arrays import Array
 from simgl.errors import SimglError
 from simgl.lru_cache import LruCache
 from simgl.physics.constants import STEFAN_BOLTZMANN
@@ -26,7 +27,7 @@ _MAX_STEPS = 60
 # Of the radiative exchange that the direction of a step knows.
 _MAIN_SHARE = 0.9
 # Of the linear systems: share of the right-hand side that is left, and directions at most.
-_ACCURACY, _MAX_DIRECTIONS = 1e-3, 60
+_ACCURACY, _MAX_DIRECTIONS = 1e-2, 60
 # The factorised matrix takes all nodes to be as warm, so that it depends on nothing but the length
 # of the step: a step is a pure function, to the last bit [K].
 _REFERENCE = 280.0
@@ -64,8 +65,8 @@ class ThermalNetwork:
         return np.asarray(self.coupling.sum(axis=1)).ravel() + self.to_space
 
     @cached_property
-    def _direction(self) -> _Direction:
-        """What the direction of a step knows: of the exchange the tenth of the pairs that exchange
+    def _main_coupling(self) -> sparse.csr_matrix:
+        """What the direction of a step knows of ``coupling``: the tenth of the pairs that exchange
         nine tenths."""
         pairs = self.coupling.tocoo()
         emitting = np.maximum(self.emitting_area, 1e-30)
@@ -73,20 +74,8 @@ class ThermalNetwork:
         order = np.argsort(-strength, kind="stable")
         share = np.cumsum(pairs.data[order]) / max(float(pairs.data.sum()), 1e-300)
         main = order[: int(np.searchsorted(share, _MAIN_SHARE)) + 1]
-        conduction = self.conduction.tocoo()
-        count = len(conduction.data)
-        rows = np.concatenate([conduction.row, pairs.row[main]])
-        columns = np.concatenate([conduction.col, pairs.col[main]])
-        values = np.zeros((2, count + len(main)))
-        values[0, :count], values[1, count:] = conduction.data, pairs.data[main]
-        by_row = np.lexsort((columns, rows))
-        starts = np.searchsorted(rows[by_row], np.arange(len(self.capacity) + 1))
-        return _Direction(
-            conduction=values[0, by_row],
-            coupling=values[1, by_row],
-            columns=columns[by_row],
-            rows=starts,
-        )
+        entries = pairs.data[main], (pairs.row[main], pairs.col[main])
+        return sparse.csr_matrix(entries, shape=pairs.shape)
 
     @cached_property
     def digest(self) -> str:
@@ -121,14 +110,20 @@ class ThermalNetwork:
         """
         t = np.maximum(temperatures, _COLDEST)
         stored = self.capacity / seconds
+        linear = stored + self.conduction.diagonal()
         for _ in range(_MAX_STEPS):
             residual = self.net_heat(t, heat) - stored * (t - temperatures)
             if self._balanced(t, heat, residual):
                 return t
             slope = 4.0 * STEFAN_BOLTZMANN * t**3
-            change = self._solved(stored, slope, t, residual, seconds)
+            change = self._solved(stored, slope, residual, seconds) / t
+            # The balance of a node that radiates is linear in T^4, that of others in T.
+            radiates = self.emitting_area * slope
+            radiates /= radiates + linear
+            by_fourth = np.sqrt(np.sqrt(np.maximum(1.0 + 4.0 * change, 0.0)))
+            ratio = radiates * by_fourth + (1.0 - radiates) * (1.0 + change)
             # From far below, Newton's method on T^4 shoots up to where emission is far too strong.
-            t = np.clip(t + change, 0.5 * t, 2.0 * t)
+            t = t * np.clip(ratio, 0.5, 2.0)
         raise SimglError(f"no heat balance after {_MAX_STEPS} iterations of {seconds:g} s")
 
     def steady(self, heat: Array, start: Array | None = None) -> Array:
@@ -144,9 +139,7 @@ class ThermalNetwork:
         total = np.abs(residual).sum() <= BALANCE * flows.sum()
         return bool(total and np.all(np.abs(residual) <= BALANCE * flows.max()))
 
-    def _solved(
-        self, stored: Array, slope: Array, t: Array, residual: Array, seconds: float
-    ) -> Array:
+    def _solved(self, stored: Array, slope: Array, residual: Array, seconds: float) -> Array:
         def factorised() -> SuperLU:
             emission = self.emitting_area * 4.0 * STEFAN_BOLTZMANN * _REFERENCE**3
             matrix = self.conduction + sparse.diags_array(stored + emission)
@@ -159,50 +152,46 @@ class ThermalNetwork:
             )
 
         solve = self._factors.get(seconds, factorised).solve
-        diagonal_now = stored + self.emitting_area * slope
-        known = self._direction
-        matrix = sparse.csr_matrix(
-            (known.conduction - known.coupling * slope[known.columns], known.columns, known.rows),
-            shape=(len(t), len(t)),
-        )
-        return _gmres(lambda x: solve(diagonal_now * x + matrix @ x), solve(residual))
+        diagonal = stored + self.emitting_area * slope
 
+        def preconditioned(x: Array) -> Array:
+            exchanged = self._main_coupling @ (slope * x)
+            return solve(diagonal * x + self.conduction @ x - exchanged)
 
-@dataclass(frozen=True, eq=False)
-class _Direction:
-    """Conduction and main exchange of a network on one pattern of entries (csr)."""
-
-    conduction: Array
-    coupling: Array
-    columns: IndexArray
-    rows: IndexArray
+        return _gmres(preconditioned, solve(residual))
 
 
 def _gmres(matrix: Callable[[Array], Array], right: Array) -> Array:
-    """The x of matrix(x) = right to a thousandth, for a matrix near the identity.
+    """The x of matrix(x) = right to a hundredth, for a matrix near the identity.
 
-    GMRES without restarts (Saad & Schultz 1986). scipy's spends four times as long on calls as on
-    products of this size.
+    GMRES without restarts (Saad & Schultz 1986), its small system kept triangular by Givens'
+    rotations. scipy's spends four times as long on calls as on products of this size.
     """
-    scale = float(np.linalg.norm(right))
+    scale = math.sqrt(right @ right)
     if scale == 0.0:
         return right
     basis = np.empty((_MAX_DIRECTIONS + 1, len(right)))
-    projected = np.zeros((_MAX_DIRECTIONS + 1, _MAX_DIRECTIONS))
-    wanted = np.zeros(_MAX_DIRECTIONS + 1)
-    wanted[0] = scale
+    triangle = np.zeros((_MAX_DIRECTIONS, _MAX_DIRECTIONS))
+    rotations: list[tuple[float, float]] = []
+    wanted = [scale]
     basis[0] = right / scale
-    parts: Array = np.zeros(0)
     for count in range(1, _MAX_DIRECTIONS + 1):
         image, known = matrix(basis[count - 1]), basis[:count]
         shares = known @ image
         image -= shares @ known
-        length = float(np.linalg.norm(image))
-        projected[:count, count - 1], projected[count, count - 1] = shares, length
-        system = projected[: count + 1, :count]
-        parts = np.asarray(np.linalg.lstsq(system, wanted[: count + 1], rcond=None)[0], np.float64)
-        left = float(np.linalg.norm(system @ parts - wanted[: count + 1]))
-        if left <= _ACCURACY * scale or length == 0.0:
+        length = math.sqrt(image @ image)
+        column = shares.tolist()
+        for place, (cosine, sine) in enumerate(rotations):
+            one, other = column[place], column[place + 1]
+            column[place : place + 2] = cosine * one + sine * other, cosine * other - sine * one
+        last = math.hypot(column[-1], length)
+        rotations.append((column[-1] / last, length / last))
+        column[-1] = last
+        triangle[:count, count - 1] = column
+        cosine, sine = rotations[-1]
+        wanted[-1:] = cosine * wanted[-1], -sine * wanted[-1]
+        if abs(wanted[-1]) <= _ACCURACY * scale or length == 0.0:
             break
-        basis[count] = image / length
-    return np.asarray(parts @ basis[: len(parts)])
+        np.divide(image, length, out=basis[count])
+    parts = np.linalg.solve(triangle[:count, :count], wanted[:count])
+    return np.asarray(parts @ basis[:count])

@@ -16,6 +16,7 @@ from simgl.scene.state import SceneState
 from simgl.thermal.between_bodies import neighbours, scene_heat_loads
 from simgl.thermal.body import ThermalBody, thermal_body
 from simgl.thermal.history import ThermalState, advanced_under, steady_state, steady_under
+from simgl.thermal.sky_light import Skies
 
 # By spacecraft.
 Temperatures = Mapping[str, ThermalState]
@@ -49,9 +50,11 @@ class ThermalBodies:
     """The thermal networks of spacecraft, made when first needed.
 
     patches : of each, about
+    skies : what they have around them
     """
 
     patches: int
+    skies: Skies
     _bodies: LruCache[tuple[str, str, str], ThermalBody] = field(
         default_factory=lambda: LruCache(_MANY), repr=False
     )
@@ -74,11 +77,12 @@ class ThermalBodies:
         Bodies near each other warm each other: their steady states are repeated until they agree.
         """
         bodies = self._all(state)
-        states = {name: steady_state(body, state) for name, body in bodies.items()}
+        skies = {name: self.skies.heat(state, name) for name in bodies}
+        states = {name: steady_state(body, state, skies[name]) for name, body in bodies.items()}
         near = neighbours(bodies, state)
         for _ in range(_ROUNDS if near.hidden else 0):
             before = {name: states[name].temperatures for name in bodies}
-            loads = scene_heat_loads(bodies, state, before, near)
+            loads = scene_heat_loads(bodies, state, skies, before, near)
             for name in near.hidden:
                 start = before[name]
                 states[name] = steady_under(bodies[name], loads[name], state.tai_ns, start)
@@ -95,7 +99,8 @@ class ThermalBodies:
         """
         bodies = self._all(state)
         earlier = {name: before[name].temperatures for name in bodies}
-        loads = scene_heat_loads(bodies, state, earlier)
+        skies = {name: self.skies.heat(state, name) for name in bodies}
+        loads = scene_heat_loads(bodies, state, skies, earlier)
         return {
             name: advanced_under(body, before[name], loads[name], state.tai_ns)
             for name, body in bodies.items()

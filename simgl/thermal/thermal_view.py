@@ -7,35 +7,27 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
 
 import numpy as np
 
 from simgl.arrays import Array, Array32
 from simgl.camera.infrared_detector import InfraredDetector
-from simgl.physics.earth_infrared import Emission, InfraredAir
-from simgl.physics.thermal_radiation import band_photon_radiance, band_radiance
+from simgl.physics.earth_infrared import Emission
 from simgl.scene.posed_mesh import PosedMesh
 from simgl.scene.state import SceneState
 from simgl.thermal.between_bodies import Neighbours, neighbours, reflected_between
 from simgl.thermal.body import ThermalBody
-from simgl.thermal.ground_seen import (
-    day_of_year,
-    infrared_air,
-    sky_radiance,
-    sunlight_in,
-    total_sunlight,
-)
-from simgl.thermal.heat_loads import light_of_sky
 from simgl.thermal.history import ThermalState
-from simgl.thermal.network import SPACE_TEMPERATURE
+from simgl.thermal.infrared_surroundings import (
+    InfraredSurroundings,
+    sunlight_in_band,
+    surroundings_in_band,
+)
 from simgl.thermal.scene_temperatures import history_of, name_of
+from simgl.thermal.sky_light import SkyLight, light_of_sky
 
 # Light goes on between patches until a reflection adds less than this share of the brightest one.
 _DARK = 1e-5
-# Planck's law is looked up at so many temperatures up to the highest [K]: 1e-5 at 300 K in 3 to
-# 5 um.
-PLANCK_STEPS, HOTTEST = 4096, 1024.0
 
 Bodies = Mapping[str, tuple[ThermalBody, ThermalState]]
 
@@ -54,56 +46,38 @@ class ThermalLight:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class InfraredEarth:
-    """The Earth in a band.
-
-    air : and clouds
-    day : of the year
-    sunlight : the Sun's irradiance of the ground in the band, in W and as counted [m-2]
-    """
-
-    air: InfraredAir
-    day: float
-    sunlight: tuple[float, float]
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
 class ThermalView:
     """All that a thermal frame takes besides the camera's view.
 
     lights : by spacecraft
-    planck : (PLANCK_STEPS, 2) float32, radiance of a black body at 0..``HOTTEST`` K, in
-        W m-2 sr-1 and as the detector counts
-    space : (2,) the same of deep space
-    earth : None where there is none
     digest : of the thermal states of all spacecraft
     history : how these came about
     """
 
     lights: Mapping[str, ThermalLight]
-    planck: Array32
-    space: tuple[float, float]
-    earth: InfraredEarth | None
+    surroundings: InfraredSurroundings
     digest: str
     history: str
 
 
-def thermal_view(state: SceneState, detector: InfraredDetector, bodies: Bodies) -> ThermalView:
+def thermal_view(
+    state: SceneState,
+    detector: InfraredDetector,
+    bodies: Bodies,
+    skies: Mapping[str, SkyLight],
+) -> ThermalView:
     """A scene in the band of a detector.
 
     bodies : every spacecraft with its temperatures
+    skies : what each has around it in the band (``Skies.in_band``)
 
     A patch sends emissivity times Planck's law, and reflects diffusely what the Earth, the Sun, and
     other patches of its body and of bodies near it send in the band. Temperatures are means at the
     corners of triangles of one part and material, and go over from one to the next.
     """
-    emissions = detector.watts, detector.emission
-    watts, counted = (float(e(np.array(SPACE_TEMPERATURE))) for e in emissions)
     return ThermalView(
-        lights=_lights(state, bodies, detector),
-        planck=_planck(detector.table.kind, detector.band),
-        space=(watts, counted),
-        earth=_earth(state, detector),
+        lights=_lights(state, bodies, skies, detector),
+        surroundings=surroundings_in_band(state, detector),
         digest=name_of({name: of for name, (_, of) in bodies.items()}),
         history=history_of({name: of for name, (_, of) in bodies.items()}),
     )
@@ -120,54 +94,36 @@ def posed_as(scene: ThermalView, state: SceneState) -> ThermalView:
     return replace(scene, lights={name: posed(name, one) for name, one in scene.lights.items()})
 
 
-@lru_cache(maxsize=16)
-def _planck(kind: str, band: tuple[float, float]) -> Array32:
-    temperatures = np.linspace(0.0, HOTTEST, PLANCK_STEPS)[1:]
-    counted = band_radiance if kind == "bolometer" else band_photon_radiance
-    columns = [radiance(band, temperatures) for radiance in (band_radiance, counted)]
-    return np.concatenate([np.zeros((1, 2)), np.stack(columns, axis=1)]).astype(np.float32)
-
-
-def _earth(state: SceneState, detector: InfraredDetector) -> InfraredEarth | None:
-    earth = state.earth
-    if earth is None:
-        return None
-    total = total_sunlight(state.sun.seen_from(earth.position).irradiance)
-    watts, counted = (sunlight_in(e, total) for e in (detector.watts, detector.emission))
-    return InfraredEarth(
-        air=infrared_air(earth, detector.band),
-        day=day_of_year(state.tai_ns),
-        sunlight=(watts, counted),
-    )
-
-
 def _lights(
-    state: SceneState, bodies: Bodies, detector: InfraredDetector
+    state: SceneState, bodies: Bodies, skies: Mapping[str, SkyLight], detector: InfraredDetector
 ) -> dict[str, ThermalLight]:
     """Every body, with what it reflects of the others near it."""
     near = neighbours({name: body for name, (body, _) in bodies.items()}, state)
     no_neighbours = Neighbours(factors={}, hidden={})
     lights: dict[str, ThermalLight] = {}
     for name in bodies.keys() - near.hidden.keys():
-        lights |= _reflected(state, {name: bodies[name]}, no_neighbours, detector)
+        lights |= _reflected(state, {name: bodies[name]}, skies, no_neighbours, detector)
     if near.hidden:
         together = {name: bodies[name] for name in near.hidden}
-        lights |= _reflected(state, together, near, detector)
+        lights |= _reflected(state, together, skies, near, detector)
     return {name: lights[name] for name in bodies}
 
 
 def _reflected(
-    state: SceneState, bodies: Bodies, near: Neighbours, detector: InfraredDetector
+    state: SceneState,
+    bodies: Bodies,
+    skies: Mapping[str, SkyLight],
+    near: Neighbours,
+    detector: InfraredDetector,
 ) -> dict[str, ThermalLight]:
     # A bolometer counts watts.
     emissions: list[Emission] = [detector.watts]
     if detector.table.kind == "photon":
         emissions.append(detector.emission)
-    skies = {}
-    for name, (body, _) in bodies.items():
-        position = state.bodies[name].pose.position
-        radiances = partial(_sky, state, position, detector, emissions)
-        skies[name] = light_of_sky(body, state, radiances, near.hidden.get(name)).T
+    outside = {
+        name: light_of_sky(body, state, skies[name], near.hidden.get(name)).T
+        for name, (body, _) in bodies.items()
+    }
     reflected = []
     for number, emission in enumerate(emissions):
         sent = {
@@ -176,8 +132,8 @@ def _reflected(
         }
         others = near.received(sent)
         first = {
-            name: skies[name][number]
-            + of.sunlight * sunlight_in(emission, 1.0)
+            name: outside[name][number]
+            + of.sunlight * sunlight_in_band(detector)[number]
             + body.views.factors @ sent[name]
             + others.get(name, 0.0)
             for name, (body, of) in bodies.items()
@@ -189,16 +145,6 @@ def _reflected(
         name: _at_vertices(state, body, of, [light[name] / np.pi for light in reflected])
         for name, (body, of) in bodies.items()
     }
-
-
-def _sky(
-    state: SceneState,
-    position: Array,
-    detector: InfraredDetector,
-    emissions: Sequence[Emission],
-    lines: Array,
-) -> Array:
-    return sky_radiance(state, position, lines, detector.band, emissions)
 
 
 def _at_vertices(

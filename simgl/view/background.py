@@ -152,6 +152,12 @@ class SkyView:
         """Along an edge of the finest face."""
         return max(self.face_texels)
 
+    def with_edge(self, texels: int) -> tuple[Background, ...]:
+        """The faces with so many texels along an edge."""
+        half = 0.5 * texels
+        intrinsics = _float32(np.array([[half, 0.0, half], [0.0, half, half], [0.0, 0.0, 1.0]]))
+        return tuple(replace(face, intrinsics=intrinsics) for face in self.faces)
+
 
 # Of each state that is in use, by the spacecraft: all cameras and all that share a sky ask for it.
 _skies = WeakKeyDictionary[SceneState, dict[BodyState, SkyView]]()
@@ -170,7 +176,8 @@ def background(state: SceneState, camera: CameraState) -> Background:
         earth = _earth_from(state, state.earth, camera.position, f"[camera.{optics.name}]")
         hidden = EarthCone(direction_icrf=earth.direction_icrf, angular_radius=earth.within)
         earth = replace(earth, view=replace(earth.view, moonlight=_moonlight(state, state.earth)))
-    beyond = celestial(state, camera, cone, hidden)
+    # Stars and Moon are no light of the thermal infrared.
+    beyond = celestial(state, camera, cone, hidden) if optics.thermal is None else None
     return _background(optics.intrinsics, R, cone, seen, earth, beyond)
 
 

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from simgl.arrays import Array
+from simgl.physics.airglow import GLOW_DEPTH, glow_bottom, path_in_layers, zenith_glow
 from simgl.scenario.loader import scenario_from_dict
 from simgl.scenario.scenario import Scenario
 from simgl.simulator import Capture, Product, Simulator
@@ -158,8 +159,8 @@ def test_stars_of_a_tracker_from_400_to_900_nm(gl: moderngl.Context) -> None:
     assert 0.005 < off[24436] < 0.02
 
 
-def test_a_star_tracker_has_the_limb_behind_its_stars(gl: moderngl.Context) -> None:
-    # The polar night's limb 6.5 deg below the boresight: a star 4 deg above it keeps its electrons.
+def _before_the_limb(shape: str) -> Scenario:
+    """The star tracker with the polar night's limb 6.5 deg below its boresight."""
     path = EXAMPLES / "star_tracker.toml"
     data = tomllib.loads(path.read_text())
     camera = data["camera"]["tracker"] | {"width_px": 512, "height_px": 512}
@@ -167,17 +168,59 @@ def test_a_star_tracker_has_the_limb_behind_its_stars(gl: moderngl.Context) -> N
     up = np.array([0.0, 0.0, 1.0]) - boresight[2] * boresight
     down = np.arcsin(6371.0 / 6900.0) + np.radians(6.5)
     towards = np.cos(down) * boresight - np.sin(down) * up / np.linalg.norm(up)
-    position = -6.9e6 * towards
-    camera["position_icrf_m"] = position.tolist()
+    camera["position_icrf_m"] = (-6.9e6 * towards).tolist()
     data["camera"]["tracker"] = camera
-    seen = {}
-    for shape in ("wgs84", "none"):
-        data["earth"] = {"shape": shape}
-        scenario = scenario_from_dict(data, source=path)
-        seen[shape] = _electrons(_taken(gl, scenario))
+    data["earth"] = {"shape": shape}
+    return scenario_from_dict(data, source=path)
+
+
+def test_a_star_tracker_has_the_limb_behind_its_stars(gl: moderngl.Context) -> None:
+    # A star 4 deg above the limb keeps its electrons.
+    seen = {shape: _electrons(_taken(gl, _before_the_limb(shape))) for shape in ("wgs84", "none")}
     x, y = STARS[27435][:2]
     around = {name: image[y - 8 : y + 9, x - 8 : x + 9] for name, image in seen.items()}
     light = {name: part.sum() - 17**2 * np.median(part) for name, part in around.items()}
     assert light["wgs84"] == pytest.approx(light["none"], rel=GOAL)
     # The Earth covers the lowest rows and hides their stars.
     assert np.abs(seen["wgs84"][490:] - seen["none"][490:]).max() > 100.0
+
+
+def test_the_bright_line_beside_the_limb_is_the_airglow_seen_along_its_layers(
+    gl: moderngl.Context,
+) -> None:
+    # A line of sight that grazes the bottom of a layer of 10 km goes 720 km through it: 72 times
+    # the zenith's light (van Rhijn 1921), from hydroxyl at 82 km and oxygen at 91 km.
+    radiance = {}
+    for shape in ("wgs84", "none"):
+        scenario = _before_the_limb(shape)
+        state = scenario.at(scenario.epoch_tai_ns)
+        with Simulator(scenario, gl) as simulator:
+            frame = simulator.capture(state, "tracker", {Product.RADIANCE}).radiance
+        assert frame is not None
+        radiance[shape] = frame.radiance[:, 256].astype(np.float64)
+    # Without the stars behind.
+    glow = radiance["wgs84"] - radiance["none"]
+    placed = state.cameras["tracker"]
+    rows = np.arange(512.0 * 20.0) / 20.0 + 0.025
+    lines = placed.camera.rays(np.stack([np.full_like(rows, 256.5), rows], axis=-1))
+    lines = lines @ placed.R_camera_from_icrf
+    lines /= np.linalg.norm(lines, axis=1, keepdims=True)
+    # The Earth's axis is ICRF's to 0.15 deg. In the space where the Earth is a sphere, as drawn.
+    stretch = np.array([1.0, 1.0, 6378137.0 / 6356752.3])
+    eye, ways = placed.position * stretch, lines * stretch
+    along = -(ways @ eye) / np.einsum("ki,ki->k", ways, ways)
+    height = np.linalg.norm(eye + along[:, None] * ways, axis=1) - 6378137.0
+    path = 2.0 * path_in_layers(6378137.0, height, scenario.bands) / GLOW_DEPTH
+    wanted = zenith_glow(from_below=False, bands=scenario.bands) * path
+    wanted = wanted.reshape(512, 20, 4).mean(axis=1)
+    high = height.reshape(512, 20).min(axis=1) > 72e3
+    # A pixel is 1.1 km high; a row too high or low by 0.15 km moves the steep rim by 4 %.
+    brightest = wanted[high].max(axis=0)
+    np.testing.assert_allclose(glow[high], wanted[high], atol=0.08 * brightest.max(), rtol=0.05)
+    np.testing.assert_allclose(glow[high].max(axis=0), brightest, rtol=0.03)
+    middles = height.reshape(512, 20).mean(axis=1)[high]
+    peaks = middles[glow[high].argmax(axis=0)]
+    # The row that holds a layer's bottom is half dark; the next one's middle is 1.5 rows higher.
+    np.testing.assert_allclose(peaks, glow_bottom(scenario.bands), atol=1.8e3)
+    times = brightest / zenith_glow(from_below=False, bands=scenario.bands)
+    assert np.all((times > 60.0) & (times < 73.0))

@@ -1,54 +1,64 @@
-"""The infrared Earth: its mean outgoing flux, and the limits of its air."""
+"""The infrared Earth: its mean outgoing flux, its climate, and the limits of its law."""
 
 from __future__ import annotations
-
-from functools import partial
 
 import numpy as np
 import pytest
 
+from simgl.physics.constants import STEFAN_BOLTZMANN, WGS84_EQUATORIAL_RADIUS
 from simgl.physics.earth_infrared import (
-    InfraredAir,
     clear_transmission,
-    earth_radiance,
-    ground_temperature,
-    outgoing_longwave,
-    zonal_temperature,
+    longwave_radiance,
+    shader_values,
+    temperature_of_flux,
 )
-from simgl.physics.thermal_radiation import band_radiance, band_temperature
 
-WINDOW = (8e-6, 14e-6)
+
+def zonal(x: np.ndarray, day: float) -> np.ndarray:
+    """(...) mean of a day by the sine of latitude [K], as the shader makes it."""
+    of = shader_values(day, WGS84_EQUATORIAL_RADIUS)
+    legendre = 0.5 * (3.0 * x * x - 1.0)
+    return of["mean_temperature"] + of["second_harmonic"] * legendre + of["season"] * x
 
 
 @pytest.mark.parametrize("day", [15.0, 105.0, 196.0])
 def test_240_watts_leave_each_square_metre_in_the_mean(day: float) -> None:
     # The sine of latitude is uniform over a sphere.
     x, weight = np.polynomial.legendre.leggauss(16)
-    assert 0.5 * weight @ outgoing_longwave(x, day) == pytest.approx(240.0, abs=1e-9)
+    flux = np.pi * longwave_radiance(zonal(x, day), clouds_apart=False)
+    assert 0.5 * weight @ flux == pytest.approx(240.0, abs=1e-9)
 
 
-def test_north_is_warm_in_july_and_afternoons_are_warm() -> None:
-    assert zonal_temperature(0.7, 205.0) > zonal_temperature(0.7, 20.0) + 10.0
-    assert zonal_temperature(-0.7, 205.0) < zonal_temperature(-0.7, 20.0) - 10.0
-    assert ground_temperature(0.0, 80.0, 14.0) > ground_temperature(0.0, 80.0, 2.0) + 7.0
+def test_north_is_warm_in_july_and_land_swings_more_than_the_sea() -> None:
+    north = np.array([0.7])
+    assert zonal(north, 205.0) > zonal(north, 20.0) + 10.0
+    assert zonal(-north, 205.0) < zonal(-north, 20.0) - 10.0
+    of = shader_values(80.0, WGS84_EQUATORIAL_RADIUS)
+    mean = of["mean_land"] * of["land_swing"] + (1.0 - of["mean_land"]) * of["sea_swing"]
+    assert mean == pytest.approx(4.0, rel=1e-9)
+    assert of["land_swing"] > 10.0 > of["sea_swing"]
 
 
-def test_without_air_and_cloud_the_ground_is_black() -> None:
-    emission = partial(band_radiance, WINDOW)
-    bare = InfraredAir(transmission=1.0, cloud_cover=0.0, cloud_height=0.0)
-    t = np.array([220.0, 260.0, 300.0])
-    light = earth_radiance(t, np.ones(3), bare, emission)
-    # Interpolation of Planck's law over half a kelvin.
-    np.testing.assert_allclose(band_temperature(WINDOW, light), t, atol=0.005)
+def test_cloud_tops_send_no_more_than_black_bodies() -> None:
+    # From the tropopause to warm ground; the linear law crosses a black body's at its cold end.
+    kelvin = np.linspace(200.0, 305.0, 100)
+    black = STEFAN_BOLTZMANN * kelvin**4
+    flux = np.pi * longwave_radiance(kelvin, clouds_apart=True)
+    assert np.all(flux < 1.03 * black)
+    assert np.all(np.diff(flux) > 0.0)
+    high, ground = np.pi * longwave_radiance(np.array([223.0, 300.0]), clouds_apart=True)
+    assert high == pytest.approx(STEFAN_BOLTZMANN * 223.0**4, rel=0.1)
+    assert high < 0.5 * ground
 
 
-def test_air_and_cloud_are_colder_than_the_ground_most_so_at_the_limb() -> None:
-    emission = partial(band_radiance, WINDOW)
-    air = InfraredAir(transmission=clear_transmission(WINDOW), cloud_cover=0.0, cloud_height=4000.0)
-    t = np.full(3, 288.0)
-    seen = band_temperature(WINDOW, earth_radiance(t, np.array([1.0, 0.5, 0.1]), air, emission))
-    assert np.all(np.diff(seen) < 0.0)
-    assert 288.0 - 20.0 <= seen[2] < seen[0] < 288.0
-    overcast = InfraredAir(transmission=0.6, cloud_cover=1.0, cloud_height=10_000.0)
-    light = earth_radiance(t, np.ones(3), overcast, emission)
-    np.testing.assert_allclose(band_temperature(WINDOW, light), 288.0 - 65.0, atol=0.01)
+def test_ground_of_one_flux_is_a_black_body() -> None:
+    kelvin = temperature_of_flux(239.0)
+    assert STEFAN_BOLTZMANN * kelvin**4 == pytest.approx(239.0, rel=1e-12)
+    of = shader_values(80.0, WGS84_EQUATORIAL_RADIUS, kelvin)
+    assert of["mean_temperature"] == kelvin
+    assert of["second_harmonic"] == of["season"] == of["land_swing"] == of["sea_swing"] == 0.0
+
+
+def test_windows_of_the_air() -> None:
+    assert clear_transmission((8e-6, 14e-6)) > clear_transmission((3e-6, 5e-6))
+    assert clear_transmission((5.5e-6, 7.5e-6)) == 0.1

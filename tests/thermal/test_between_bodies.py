@@ -16,9 +16,10 @@ from simgl.thermal.body import ThermalBody
 from simgl.thermal.heat_loads import heat_loads
 from simgl.thermal.history import ThermalState
 from simgl.thermal.scene_temperatures import ThermalBodies
+from simgl.thermal.sky_light import EmptySkies, SkyLight
 from simgl.thermal.thermal_view import thermal_view
 from tests.thermal.test_closed_forms import grey, painted
-from tests.thermal.thermal_scenes import Table, in_sunlight, surface
+from tests.thermal.thermal_scenes import Table, heat_in_space, in_sunlight, surface
 
 GAP = 0.004  # [m]
 
@@ -41,8 +42,13 @@ def two(first: Table, second: Table, apart: float, patches: int = 200) -> tuple[
         },
     )
     state = scenario.at(scenario.epoch_tai_ns)
-    many = ThermalBodies(patches)
+    many = ThermalBodies(patches, EmptySkies())
     return {name: many.of(name, body.model) for name, body in state.bodies.items()}, state
+
+
+def dark(bodies: dict[str, ThermalBody], state: SceneState) -> dict[str, SkyLight]:
+    """What surrounds them."""
+    return {name: heat_in_space(state, name) for name in bodies}
 
 
 def sheet(emissivity: float) -> Table:
@@ -59,7 +65,7 @@ def test_two_plates_of_two_spacecraft_exchange_by_the_formula_of_parallel_plates
     eps, kelvin = {"low": 0.8, "high": 0.3}, {"low": 350.0, "high": 250.0}
     bodies, state = two(sheet(eps["low"]), sheet(eps["high"]), GAP)
     temperatures = {n: np.full(len(b.network.capacity), kelvin[n]) for n, b in bodies.items()}
-    loads = scene_heat_loads(bodies, state, temperatures)
+    loads = scene_heat_loads(bodies, state, dark(bodies, state), temperatures)
     expected = STEFAN_BOLTZMANN * (350.0**4 - 250.0**4) / (1.0 / 0.8 + 1.0 / 0.3 - 1.0)
     for name, sign in (("low", -1.0), ("high", 1.0)):
         body = bodies[name]
@@ -92,7 +98,8 @@ def test_a_gap_between_plates_of_one_temperature_is_black() -> None:
         )
         for name, body in bodies.items()
     }
-    lights = thermal_view(state, detector, warm).lights
+    skies = {name: EmptySkies().in_band(state, name, detector) for name in bodies}
+    lights = thermal_view(state, detector, warm, skies).lights
     black = float(detector.watts(np.array(300.0)))
     for name in bodies:
         mesh, reflected = lights[name].mesh.mesh, lights[name].values[:, 0, 2]
@@ -139,9 +146,10 @@ def _spheres(distance: float) -> float:
 def test_spacecraft_far_apart_have_the_heat_of_one_alone() -> None:
     bodies, state = two(sheet(0.8), sheet(0.3), 100.0)
     temperatures = {n: np.full(len(b.network.capacity), 300.0) for n, b in bodies.items()}
-    loads = scene_heat_loads(bodies, state, temperatures)
+    skies = dark(bodies, state)
+    loads = scene_heat_loads(bodies, state, skies, temperatures)
     for name, body in bodies.items():
-        np.testing.assert_array_equal(loads[name].heat, heat_loads(body, state).heat)
+        np.testing.assert_array_equal(loads[name].heat, heat_loads(body, state, skies[name]).heat)
 
 
 def test_what_one_absorbs_is_what_the_other_sends() -> None:
@@ -149,7 +157,7 @@ def test_what_one_absorbs_is_what_the_other_sends() -> None:
     bodies, state = two(sheet(1.0), sheet(1.0), GAP)
     kelvin = {"low": 300.0, "high": 4.0}
     temperatures = {n: np.full(len(b.network.capacity), kelvin[n]) for n, b in bodies.items()}
-    loads = scene_heat_loads(bodies, state, temperatures)
+    loads = scene_heat_loads(bodies, state, dark(bodies, state), temperatures)
     sent = STEFAN_BOLTZMANN * 300.0**4
     assert float(loads["high"].heat.sum()) == pytest.approx(sent, rel=4.0 * GAP)
     assert float(loads["low"].heat.sum()) < 1e-3 * sent
@@ -173,7 +181,7 @@ def test_a_warm_spacecraft_warms_a_cold_one() -> None:
         },
         models={"low": warm, "high": cold},
     )
-    state, many = scenario.at(scenario.epoch_tai_ns), ThermalBodies(200)
+    state, many = scenario.at(scenario.epoch_tai_ns), ThermalBodies(200, EmptySkies())
     bodies = {name: many.of(name, body.model) for name, body in state.bodies.items()}
     areas = bodies["high"].patches.areas
     share = float((areas @ neighbours(bodies, state).factors["high", "low"]).sum()) / areas.sum()

@@ -19,6 +19,7 @@ from simgl.thermal.network import SPACE_TEMPERATURE
 from tests.thermal.thermal_scenes import (
     FINISHES,
     SUNLIGHT,
+    heat_in_space,
     in_sunlight,
     merged,
     moved,
@@ -59,7 +60,8 @@ def test_a_sphere_that_conducts_well_has_one_temperature(finish: str) -> None:
     model = {"sphere": {"radius_m": 1.0, "material": surface(alpha, epsilon, 1e5)}}
     scenario = in_sunlight(model)
     body = thermal_body("body", scenario.models["body"], 600)
-    state = steady_state(body, scenario.at(scenario.epoch_tai_ns))
+    scene = scenario.at(scenario.epoch_tai_ns)
+    state = steady_state(body, scene, heat_in_space(scene))
     expected = (alpha * SUNLIGHT / (4.0 * epsilon * STEFAN_BOLTZMANN)) ** 0.25
     assert np.abs(state.temperatures - expected).max() < GOAL
 
@@ -70,7 +72,8 @@ def test_a_plate_insulated_behind(finish: str) -> None:
     model = {"plate": {"width_m": 1.0, "height_m": 1.0, "material": surface(alpha, epsilon)}}
     scenario = in_sunlight(model)
     body = thermal_body("body", scenario.models["body"], 200)
-    state = steady_state(body, scenario.at(scenario.epoch_tai_ns))
+    scene = scenario.at(scenario.epoch_tai_ns)
+    state = steady_state(body, scene, heat_in_space(scene))
     expected = (alpha * SUNLIGHT / (epsilon * STEFAN_BOLTZMANN)) ** 0.25
     front = body.patches.normals[:, 0, 2] > 0.5
     # The plate's skin conducts around its edges: away from them nothing does.
@@ -140,7 +143,8 @@ def test_internal_power_leaves_by_radiation() -> None:
 def test_sunlight_on_a_sphere_is_its_cross_section() -> None:
     scenario = in_sunlight({"sphere": {"radius_m": 1.0, "material": surface(1.0, 1.0)}})
     body = thermal_body("body", scenario.models["body"], 600)
-    loads = heat_loads(body, scenario.at(scenario.epoch_tai_ns))
+    scene = scenario.at(scenario.epoch_tai_ns)
+    loads = heat_loads(body, scene, heat_in_space(scene))
     caught = float(body.patches.areas @ loads.sunlight)
     # The mesh of 192 segments has a cross-section 3.6e-4 smaller than the sphere's; the band
     # fraction of the Sun adds nothing at 5772 K.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import moderngl
@@ -21,6 +22,7 @@ from simgl.thermal.scene_temperatures import (
     UnknownTemperaturesError,
     name_of,
 )
+from simgl.thermal.sky_light import Skies
 from tests.thermal.test_thermal_image import sheet
 
 SECOND = 1_000_000_000
@@ -51,19 +53,26 @@ def scenario() -> Scenario:
     )
 
 
-def history(scenario: Scenario) -> TemperatureHistory:
+@pytest.fixture(scope="module")
+def skies(scenario: Scenario) -> Iterator[Skies]:
+    """What the plate has around it."""
+    with Simulator(scenario) as simulator:
+        yield simulator.skies
+
+
+def history(scenario: Scenario, skies: Skies) -> TemperatureHistory:
     """Its temperatures, nothing of them worked out yet."""
-    bodies = ThermalBodies(scenario.thermal_patches)
+    bodies = ThermalBodies(scenario.thermal_patches, skies)
     return TemperatureHistory(bodies, scenario.at, scenario.epoch_tai_ns, 20 * SECOND)
 
 
-def test_temperatures_depend_on_the_time_alone(scenario: Scenario) -> None:
+def test_temperatures_depend_on_the_time_alone(scenario: Scenario, skies: Skies) -> None:
     first = scenario.epoch_tai_ns
     times = [first + second * SECOND for second in (0, 30, 130, 70, 20, 131)]
-    asked_in_turn = history(scenario)
+    asked_in_turn = history(scenario, skies)
     together = {time: asked_in_turn.at(time) for time in times}
     for time, known in together.items():
-        alone = history(scenario).at(time)
+        alone = history(scenario, skies).at(time)
         assert name_of(alone) == name_of(known)
         np.testing.assert_array_equal(alone["body"].temperatures, known["body"].temperatures)
     assert together[first]["body"].history == "steady"
@@ -71,8 +80,8 @@ def test_temperatures_depend_on_the_time_alone(scenario: Scenario) -> None:
     assert len({name_of(known) for known in together.values()}) == len(times)
 
 
-def test_named_temperatures_go_on_and_branch(scenario: Scenario) -> None:
-    bodies, known = ThermalBodies(40), RememberedTemperatures()
+def test_named_temperatures_go_on_and_branch(scenario: Scenario, skies: Skies) -> None:
+    bodies, known = ThermalBodies(40, skies), RememberedTemperatures()
     at = [scenario.at(scenario.epoch_tai_ns + second * SECOND) for second in (0, 20, 40)]
     start = name_of(known.reached(bodies, at[0], ""))
     middle = name_of(known.reached(bodies, at[1], start))
@@ -90,7 +99,7 @@ def test_named_temperatures_go_on_and_branch(scenario: Scenario) -> None:
 
 
 def test_a_sequence_has_both_cameras_and_their_temperatures(
-    gl: moderngl.Context, scenario: Scenario, tmp_path: Path
+    gl: moderngl.Context, scenario: Scenario, skies: Skies, tmp_path: Path
 ) -> None:
     epochs = [scenario.epoch_tai_ns + second * SECOND for second in (0, 50)]
     plan = Plan(
@@ -101,7 +110,7 @@ def test_a_sequence_has_both_cameras_and_their_temperatures(
     )
     with Simulator(scenario, gl) as simulator:
         run(plan, simulator, tmp_path / "both")
-    later = history(scenario).at(epochs[1])
+    later = history(scenario, skies).at(epochs[1])
     with OpenEXR.File(str(tmp_path / "both/infrared/000001.thermal.exr")) as file:
         header = dict(file.header())
     assert header["thermalState"] == name_of(later)

@@ -9,6 +9,8 @@ import numpy as np
 from simgl.scenario.loader import scenario_from_dict
 from simgl.scenario.scenario import Scenario
 from simgl.scene.mesh import Mesh
+from simgl.scene.state import SceneState
+from simgl.thermal.sky_light import EmptySkies, SkyLight
 
 Table = dict[str, Any]
 SUNLIGHT = 1367.0  # [W m-2]
@@ -48,6 +50,11 @@ def in_sunlight(model: Table, **more: Any) -> Scenario:
             **more,
         }
     )
+
+
+def heat_in_space(state: SceneState, name: str = "body") -> SkyLight:
+    """What surrounds a body where there is no Earth."""
+    return EmptySkies().heat(state, name)
 
 
 def merged(*meshes: Mesh) -> Mesh:

@@ -12,7 +12,7 @@ from simgl.gpu.uniform_blocks import Block, UniformBuffer
 from simgl.passes.background.earth_textures import WEATHER, Weather
 from simgl.passes.background.planet_blocks import PLANET, planet_values
 from simgl.physics.earth_infrared import shader_values
-from simgl.thermal.thermal_view import ThermalView
+from simgl.thermal.infrared_surroundings import InfraredSurroundings
 from simgl.view.background import Background
 
 INFRARED_EARTH = Block(
@@ -63,33 +63,33 @@ class InfraredEarthPass:
     def draw(
         self,
         background: Background,
-        scene: ThermalView,
+        surroundings: InfraredSurroundings,
         planck: moderngl.Texture,
         weather: Weather | None,
         target: moderngl.Framebuffer,
+        area: tuple[int, int, int, int],
     ) -> None:
-        """Fill an RGBA32F target: radiance in W m-2 sr-1, the same as the detector counts, 0, 0.
+        """Fill a rectangle of RGBA32F: radiance in W m-2 sr-1, as the detector counts, 0, 0.
 
-        planck : of the thermal pass
+        planck : their table, of the thermal pass
         weather : None for an Earth without maps
+        area : x, y, width, height [pixels]
         """
-        area = (0, 0, *target.size)
-        planet, earth = background.planet, scene.earth
+        planet, earth = background.planet, surroundings.earth
         self.state.apply(self._ctx, target, area, area)
         if planet is None or earth is None:
-            target.clear(*scene.space, 0.0, 0.0, viewport=area)
+            target.clear(*surroundings.space, 0.0, 0.0, viewport=area)
             return
         maps = _WITHOUT_MAPS if weather is None else weather.of_block
         self._planet.write({**planet_values(background, planet, area, lamps=False), **maps})
         self._planet.bind()
-        reflected = earth.air.reflectance / np.pi * np.array(earth.sunlight)
-        climate = shader_values(earth.day, planet.earth.equatorial_radius)
+        climate = shader_values(earth.day, planet.earth.equatorial_radius, earth.everywhere)
         self._program_for(weather is not None).draw(
             climate
             | {
-                "space_radiance": scene.space,
-                "sunlight_reflected": reflected,
-                "zenith_depth": -np.log(earth.air.transmission),
+                "space_radiance": surroundings.space,
+                "sunlight_reflected": earth.reflected,
+                "zenith_depth": -np.log(earth.transmission),
             },
             [planck, *(() if weather is None else weather.textures)],
         )

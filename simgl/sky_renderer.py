@@ -1,0 +1,43 @@
+"""Draws what a spacecraft has around it in visible light: what lights it."""
+
+from __future__ import annotations
+
+import moderngl
+
+from simgl.environment_map import SkyRadiance, with_faces_drawn_out, with_small_light
+from simgl.gpu.release import release_all
+from simgl.gpu.render_targets import Format, TargetStore
+from simgl.lru_cache import LruCache
+from simgl.passes.background.planet import PlanetPass
+from simgl.view.background import SkyView
+
+_BANDS = (Format("f4", 4),)
+# Kept for what asks for the sky of one state after the other: cameras, and temperatures.
+_SKIES = 4
+
+
+class SkyRenderer:
+    """Skies by the pass of the Earth, which its owner lends."""
+
+    def __init__(self, ctx: moderngl.Context, planet: PlanetPass) -> None:
+        self._ctx, self._planet = ctx, planet
+        self._targets = TargetStore(ctx)
+        self._skies = LruCache[tuple[object, ...], SkyRadiance](_SKIES)
+
+    def sky(self, view: SkyView) -> SkyRadiance:
+        """Drawn and read back, or found again."""
+        return self._skies.get(view.key, lambda: self._drawn(view))
+
+    def _drawn(self, view: SkyView) -> SkyRadiance:
+        texels = view.texels
+        target = self._targets.of("sky", (texels, 6 * texels), _BANDS)
+        self._planet.draw_sky(view, target.framebuffer)
+        drawn = target.read().reshape(6, texels, texels, 4)
+        radiance = with_faces_drawn_out(drawn, view.face_texels)
+        if view.moon is not None:
+            radiance = with_small_light(radiance, view.moon.direction, view.moon.irradiance)
+        return SkyRadiance(radiance=radiance)
+
+    def release(self) -> None:
+        """Free what is its own."""
+        release_all(self._ctx, self._targets)
