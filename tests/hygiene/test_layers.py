@@ -16,6 +16,7 @@ LAYERS = (
         "idle_priority",
         "interruption",
         "lru_cache",
+        "next_step",
         "progress",
     ),
     (
@@ -74,6 +75,7 @@ SHARED_PASSES = {
     "simgl.passes.albedo_table",
     "simgl.passes.background.air",
     "simgl.passes.background.air_march",
+    "simgl.passes.background.air_nodes",
     "simgl.passes.background.air_tables",
     "simgl.passes.background.cloud_map",
     "simgl.passes.background.discs",
