@@ -54,8 +54,11 @@ class _TooLargeError(Exception):
     """More pixels than are read."""
 
 
-def array_in(content: bytes | memoryview) -> AnyArray:
-    """The array of a .npy file; ValueError for a damaged one, one of objects, or one cut short."""
+def array_in(content: bytes | memoryview, *, view: bool = False) -> AnyArray:
+    """The array of a .npy file; ValueError for a damaged one, one of objects, or one cut short.
+
+    view : of numbers of one byte, those of the content, read-only; others may lie askew there
+    """
     file = io.BytesIO(content[:_MAX_HEADER_BYTES])
     try:
         version = np.lib.format.read_magic(file)  # ValueError for other files
@@ -68,7 +71,8 @@ def array_in(content: bytes | memoryview) -> AnyArray:
         if math.prod(shape) * dtype.itemsize != len(content) - file.tell():
             raise ValueError("does not hold what its header says")
         values = np.frombuffer(content, dtype, offset=file.tell())
-        return values.reshape(shape, order="F" if by_columns else "C").copy(order="K")
+        values = values.reshape(shape, order="F" if by_columns else "C")
+        return values if view and dtype.itemsize == 1 else values.copy(order="K")
     except (KeyError, TypeError, struct.error, OverflowError, SyntaxError) as error:
         raise ValueError(f"is no .npy file ({type(error).__name__})") from None
 
@@ -87,13 +91,19 @@ def _member(archive: zipfile.ZipFile, info: zipfile.ZipInfo, content: bytes) -> 
 
 
 def arrays_in(content: bytes) -> dict[str, AnyArray]:
-    """The arrays of a .npz file by name; ValueError for a damaged one: each has a checksum."""
+    """The arrays of a .npz file by name; ValueError for a damaged one: each has a checksum.
+
+    An array of bytes that fills most of the file, such as a map of the Earth of 130 MB, is not
+    copied, and read-only.
+    """
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             if sum(info.file_size for info in archive.infolist()) > _MAX_ARRAY_BYTES:
                 raise ValueError("holds arrays of more than 4 GiB")
             return {
-                info.filename.removesuffix(".npy"): array_in(_member(archive, info, content))
+                info.filename.removesuffix(".npy"): array_in(
+                    _member(archive, info, content), view=2 * info.file_size > len(content)
+                )
                 for info in archive.infolist()
             }
     except (zipfile.BadZipFile, zlib.error, struct.error, OSError, EOFError, KeyError) as error:

@@ -102,12 +102,20 @@ def cube_cell(directions: Array, n: int) -> IndexArray:
     axis = np.argmax(size, axis=-1)
     along = np.take_along_axis(directions, axis[..., None], axis=-1)[..., 0]
     face = 2 * axis + (along < 0.0)
-    across = np.sum(RIGHT[face] * directions, axis=-1) / np.abs(along)
-    down = np.sum(DOWN[face] * directions, axis=-1) / np.abs(along)
     column, row = (
-        np.clip((0.5 * (place + 1.0) * n).astype(np.int64), 0, n - 1) for place in (across, down)
+        np.clip((0.5 * (place / np.abs(along) + 1.0) * n).astype(np.int64), 0, n - 1)
+        for place in (_component(axes, face, directions) for axes in (RIGHT, DOWN))
     )
     return (face * n + row) * n + column
+
+
+def _component(axes: Array, face: IndexArray, directions: Array) -> Array:
+    """(...) of directions (..., 3) along an axis of their face.
+
+    axes : (6, 3) of the faces; each is one of the cube's
+    """
+    number, sign = np.argmax(np.abs(axes), axis=1), axes.sum(axis=1)
+    return sign[face] * np.take_along_axis(directions, number[face][..., None], axis=-1)[..., 0]
 
 
 def with_faces_drawn_out(radiance: Array32, texels: Sequence[int]) -> Array32:

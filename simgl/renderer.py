@@ -261,6 +261,7 @@ class Renderer:
         """
         if view.background.planet is not None:
             with self.timer.measure("air"):
+                self._air.ahead(view.background.planet, view.camera.name)
                 self._air.before(view.background.planet)
         # The first skies before the planet: they are read back, and would wait for it.
         for tile in view.tiles[:1]:

@@ -16,6 +16,7 @@ from simgl.passes.mesh_store import VertexLighting
 from simgl.radiosity.incident_light import IncidentLight
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.neighbour_light import NeighbourLight
+from simgl.radiosity.next_poses import NextPoses
 from simgl.radiosity.patch_light import PatchLight
 from simgl.radiosity.solver import earth_share, vertex_irradiance
 from simgl.radiosity.transport_store import JointLight, TransportStore, lit_mesh
@@ -50,6 +51,7 @@ class InterreflectionPass:
         self._ctx, self._transports, self._executor = ctx, transports, executor
         self.light = PatchLight()
         self._neighbours = NeighbourLight(transports, self.light)
+        self._next_poses = NextPoses(transports, self.light)
         # One for each spacecraft of the largest scene so far.
         self._tables: dict[int, moderngl.Texture] = {}
         self._solved: dict[int, _Solved] = {}
@@ -64,9 +66,13 @@ class InterreflectionPass:
 
         skies : what each sees around it
         """
-        return [
+        lightings = [
             self._lighting(s, sky, joint_light) for s, sky in zip(spacecraft, skies, strict=True)
         ]
+        for one in spacecraft:
+            if joint_light == "quick" and one.incident_light is not None and one.model.joints:
+                self._next_poses.make_ahead(one.instance, one.model)
+        return lightings
 
     def _lighting(
         self, spacecraft: SpacecraftView, sky: SkyRadiance | None, joint_light: JointLight

@@ -19,7 +19,7 @@ from itertools import permutations
 import numpy as np
 from scipy import sparse
 
-from simgl.arrays import Array32, IndexArray, Mask
+from simgl.arrays import Array, Array32, IndexArray, Mask
 from simgl.lru_cache import LruCache
 from simgl.motion.joints import Joint
 from simgl.radiosity.bake import patch_directions
@@ -171,25 +171,31 @@ class JointedTransport:
             separate=separate.of_vertices,
         )
 
-    def meet(self, values: Sequence[float]) -> None:
-        """Trace the pairs of groups at a pose; poses near to it then ask for few others.
+    def untraced(self, values: Sequence[float]) -> int:
+        """How many pairs of groups a pose would trace.
 
         values : of the joints [rad] or [m]
         """
-        self._met(values)
+        return sum(pair not in self._ends for pair in self._pairs(values))
+
+    def trace(self, values: Sequence[float], count: int | None = None) -> None:
+        """Trace the pairs of groups at a pose, or so many of them; poses near to it then ask for
+        few others.
+
+        values : of the joints [rad] or [m]
+        """
+        untraced = [pair for pair in self._pairs(values) if pair not in self._ends]
+        transforms = self._transforms(values)
+        # By what the rays meet: those of the largest group, most of all rays, are spread then.
+        for pair in sorted(untraced, key=lambda pair: pair[1])[:count]:
+            self._ends_of(pair, transforms)
 
     def _met(self, values: Sequence[float]) -> tuple[IndexArray, Mask]:
         """(p, n, k) what the rays meet at a pose, and (p, n) the sample points that are outside."""
         reach, target = self.reach.ravel().copy(), self.target.ravel().copy()
-        transforms = [j.transform(v) for j, v in zip(self.joints, values, strict=True)]
-        for (this, other), between in self._between.items():
-            key = this, other, tuple(values[index] for side in between for index in side)
-
-            def traced(this: int = this, other: int = other, between: _Sides = between) -> Ends:
-                motion = other_from_this(transforms, *between)
-                return ends(self._rays[this], self._targets[other], motion)
-
-            shorter = self._ends.get(key, traced, lambda e: e.nbytes)
+        transforms = self._transforms(values)
+        for pair in self._pairs(values):
+            shorter = self._ends_of(pair, transforms)
             nearer = shorter.reach < reach[shorter.ray]
             ray = shorter.ray[nearer]
             reach[ray], target[ray] = shorter.reach[nearer], shorter.target[nearer]
@@ -198,6 +204,25 @@ class JointedTransport:
         point_open = self.separate.point_open & ~inside
         met[~point_open] = NOWHERE
         return met, point_open
+
+    def _transforms(self, values: Sequence[float]) -> list[Array]:
+        return [j.transform(v) for j, v in zip(self.joints, values, strict=True)]
+
+    def _pairs(self, values: Sequence[float]) -> list[_Pair]:
+        """Two groups each, and the values of the joints between them."""
+        return [
+            (this, other, tuple(values[index] for side in between for index in side))
+            for (this, other), between in self._between.items()
+        ]
+
+    def _ends_of(self, pair: _Pair, transforms: Sequence[Array]) -> Ends:
+        this, other, _ = pair
+
+        def traced() -> Ends:
+            motion = other_from_this(transforms, *self._between[this, other])
+            return ends(self._rays[this], self._targets[other], motion)
+
+        return self._ends.get(pair, traced, lambda e: e.nbytes)
 
 
 def shares(

@@ -117,6 +117,10 @@ class PatchLight:
                 irradiance += lamp_irradiance(transport, lamp, blockers)
         return irradiance
 
+    def prepare(self, model: SpacecraftModel, transport: LightTransport) -> None:
+        """Precompute what the first light on a transport needs."""
+        self._surface(model, transport)
+
     def _surface(self, model: SpacecraftModel, transport: LightTransport) -> _Surface:
         key = transport.digest, model.open_sheets, model.surface_digest
 

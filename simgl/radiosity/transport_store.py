@@ -69,7 +69,7 @@ class TransportStore:
         Traced at the first call, unless a file has it. Joints stand at the nearest of their
         ``STEPS``. Where any has moved, ``joint_light`` says how.
         """
-        coarse = model.coarsely_posed(STEPS[joint_light])
+        coarse = _coarse(model, joint_light)
         posed, open_sheets = coarse.posed_mesh, model.open_sheets
         if joint_light == "quick" and posed.motion is not None:
             jointed = self._jointed_of(model, progress)
@@ -94,8 +94,19 @@ class TransportStore:
         but for the pairs of groups that joints then move."""
         self.of(model, joint_light, progress)
         if joint_light == "quick" and model.joints:
-            coarse = model.coarsely_posed(STEPS[joint_light])
-            self._jointed_of(model, progress).meet(coarse.angles or (0.0,) * len(model.joints))
+            self._jointed_of(model, progress).trace(_coarse_values(model))
+
+    def untraced_pairs(self, model: SpacecraftModel) -> int:
+        """How many pairs of groups ``of`` would trace for quick light at the model's pose."""
+        return self._jointed_of(model, None).untraced(_coarse_values(model))
+
+    def trace_pairs(self, model: SpacecraftModel, count: int) -> None:
+        """Trace so many of them."""
+        self._jointed_of(model, None).trace(_coarse_values(model), count)
+
+    def has_pose(self, model: SpacecraftModel) -> bool:
+        """Whether ``of`` finds quick light at the model's pose."""
+        return (_coarse(model, "quick").posed_mesh.digest, model.open_sheets) in self._posed
 
     def _jointed_of(
         self, model: SpacecraftModel, progress: ProgressCallback | None
@@ -107,6 +118,20 @@ class TransportStore:
             lambda: jointed_transport_of(mesh, joints, open_sheets=open_sheets, progress=progress),
             lambda transport: transport.nbytes,
         )
+
+
+def _coarse(model: SpacecraftModel, joint_light: JointLight) -> SpacecraftModel:
+    """At the pose whose light is taken.
+
+    A joint that passes a multiple of a step stays at one quick pose; a bake is the light of a pose
+    that a scenario gives in whole steps, to the bit.
+    """
+    return model.coarsely_posed(STEPS[joint_light], near_stay=joint_light == "exact")
+
+
+def _coarse_values(model: SpacecraftModel) -> tuple[float, ...]:
+    """Of its joints, with quick light [rad] or [m]."""
+    return _coarse(model, "quick").angles or (0.0,) * len(model.joints)
 
 
 def jointed_transport_of(

@@ -119,21 +119,32 @@ class SpacecraftModel:
         poses = _poses.get(stored, lambda: LruCache(_MAX_POSES), stored.nbytes)
         return poses.get(values, lambda: _posed(stored, values))
 
-    def coarsely_posed(self, step: float) -> SpacecraftModel:
-        """The model with each joint at the nearest multiple of a step [rad] within its limits.
+    def coarsely_posed(self, step: float, *, near_stay: bool = True) -> SpacecraftModel:
+        """The model with each joint at the nearest multiple of its step within its limits.
 
-        What slides takes steps as long as that turn would move the rim of its largest part.
+        step : of joints that turn [rad]
+        near_stay : whether values within rounding of a multiple stay as they are
         """
         if self.stored is None:
             return self
         rounded = {}
-        for index, (joint, angle) in enumerate(zip(self.joints, self.angles, strict=True)):
+        sizes = self.step_sizes(step)
+        for joint, angle, size in zip(self.joints, self.angles, sizes, strict=True):
             low, high = joint.limits
-            size = step * self.reach(index) if joint.slides else step
             multiple = size * round(angle / size)
             multiple += size * (multiple < low - 1e-9) - size * (multiple > high + 1e-9)
-            rounded[joint.name] = angle if abs(multiple - angle) < 1e-6 else multiple
+            rounded[joint.name] = angle if near_stay and abs(multiple - angle) < 1e-6 else multiple
         return self.posed(rounded)
+
+    def step_sizes(self, step: float) -> tuple[float, ...]:
+        """Steps of each joint [rad] or [m].
+
+        What slides takes steps as long as that turn would move the rim of its largest part.
+        """
+        return tuple(
+            step * self.reach(index) if joint.slides else step
+            for index, joint in enumerate(self.joints)
+        )
 
     def reach(self, joint: int) -> float:
         """Radius of the largest part that moves with a joint, by its index [m]."""

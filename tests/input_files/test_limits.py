@@ -302,6 +302,20 @@ def test_an_array_comes_back_as_it_was(order: Any) -> None:
     read[0] = 1.0  # one's own to write to
 
 
+def test_bytes_that_fill_a_file_are_read_without_a_copy() -> None:
+    file = io.BytesIO()
+    codes, half = np.resize(np.arange(200, dtype=np.uint8), (100, 100)), np.array([0.5])
+    np.savez(file, codes=codes, half=half, few=codes[0])
+    content = file.getvalue()
+    arrays = arrays_in(content)
+    for name, values in {"codes": codes, "half": half, "few": codes[0]}.items():
+        np.testing.assert_array_equal(arrays[name], values)
+    assert np.shares_memory(arrays["codes"], np.frombuffer(content, np.uint8))
+    assert not arrays["codes"].flags.writeable
+    # A small one does not hold the file in memory.
+    assert not np.shares_memory(arrays["few"], np.frombuffer(content, np.uint8))
+
+
 def test_an_array_that_promises_more_than_there_is_takes_no_memory(tmp_path: Path) -> None:
     huge = _npy(np.zeros((2, 3))).replace(b"(2, 3)", b"(99999999, 99999999)")[:-21] + bytes(48)
     with pytest.raises(ValueError, match=r"^does not hold what its header says"):

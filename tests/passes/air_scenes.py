@@ -19,7 +19,7 @@ from simgl.physics.atmosphere import SOURCE
 from simgl.physics.spectrum import BandLight
 from simgl.scene.earth import Earth
 from simgl.scene.state import CameraState, EarthState, SceneState, SunInDirection
-from simgl.view.background import background
+from simgl.view.background import PlanetView, background
 from simgl.view.celestial import CelestialView
 from tests.scenes import scene
 
@@ -109,6 +109,13 @@ class Window:
     def ray(self, earth: Earth, place: Array, view: Array, sun: Array) -> Array:
         """(4,) radiance factor in one direction."""
         return np.asarray(self.picture(earth, place, view, sun)[1, 1], np.float64)
+
+
+def planet_view(earth: Earth, place: Array, view: Array, sun: Array) -> PlanetView:
+    """The Earth before a camera that looks one way."""
+    planet = background(*_state(earth, place, axes(view), sun, (3, 3), 1e-5)).planet
+    assert planet is not None
+    return planet
 
 
 @contextmanager

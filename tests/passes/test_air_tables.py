@@ -11,13 +11,13 @@ import pytest
 
 from simgl.disk_cache import cache_folder
 from simgl.passes.background import air_tables
-from simgl.passes.background.air import _HEIGHTS, _PARTS, _SLOTS
+from simgl.passes.background.air_nodes import HEIGHTS, PARTS, SLOTS
 from simgl.passes.background.air_tables import AIR, TABLES, AirKind, make_tables, tables_of
 from simgl.physics.air_profile import AIR_TOP
 from simgl.physics.atmosphere import SOURCE
 from simgl.physics.skylight import Rings, table_heights, table_suns
 from tests.gpu.glsl_functions import evaluate
-from tests.passes.air_scenes import RADIUS, sphere, window
+from tests.passes.air_scenes import RADIUS, planet_view, sphere, window
 
 KIND = AirKind(air=SOURCE, radius=RADIUS, albedo=(0.3,) * 4)
 
@@ -126,19 +126,19 @@ def test_pictures_from_one_place_share_tables_and_others_do_not(gl: moderngl.Con
     up, north = np.eye(3)[:2]
     with window(gl) as look:
         # Of two nodes at each side of the Sun.
-        assert at_sun(look, 400e3, 30.0, -up) == 4 * _PARTS
-        assert at_sun(look, 400e3, 30.0, north - 0.5 * up) == 4 * _PARTS
+        assert at_sun(look, 400e3, 30.0, -up) == 4 * PARTS
+        assert at_sun(look, 400e3, 30.0, north - 0.5 * up) == 4 * PARTS
         # A spacecraft 20 m away sees the same air.
-        assert at_sun(look, 400.02e3, 30.0, north - 0.5 * up) == 4 * _PARTS
+        assert at_sun(look, 400.02e3, 30.0, north - 0.5 * up) == 4 * PARTS
         # The Sun passes a node of every part: 8 x 2^-8 rad where it is high.
-        assert at_sun(look, 400e3, 30.0 + 1.7905, -up) == 5 * _PARTS
-        assert at_sun(look, 402e3, 30.0, -up) == 9 * _PARTS
+        assert at_sun(look, 400e3, 30.0 + 1.7905, -up) == 5 * PARTS
+        assert at_sun(look, 402e3, 30.0, -up) == 9 * PARTS
         for index in range(12):
             at_sun(look, 400e3, 70.0 + index, -up)
-        assert at_sun(look, 402e3, 30.0, -up) == (_SLOTS + 4) * _PARTS
-        for index in range(_HEIGHTS + 2):
+        assert at_sun(look, 402e3, 30.0, -up) == (SLOTS + 4) * PARTS
+        for index in range(HEIGHTS + 2):
             at_sun(look, (404 + 2 * index) * 1e3, 30.0, -up)
-        assert at_sun(look, 450e3, 30.0, -up) == 4 * _HEIGHTS * _PARTS
+        assert at_sun(look, 450e3, 30.0, -up) == 4 * HEIGHTS * PARTS
 
 
 # 2^-8 rad are 34 frames, and where the Sun is high over all that is seen eight times as many.
@@ -153,12 +153,38 @@ def test_no_frame_of_an_even_motion_marches_more_than_an_eighth_of_a_table(
         counts = [at_sun(look, 400e3, sun_deg + 0.0066 * frame, -up) for frame in range(24)]
         moved = look.air._views.values()[-1].read()
     marched = np.diff(counts)
-    assert marched.max() <= _PARTS // 8
-    assert marched.sum() == pytest.approx(23 * _PARTS / frames_a_node, abs=2)
+    assert marched.max() <= PARTS // 8
+    assert marched.sum() == pytest.approx(23 * PARTS / frames_a_node, abs=2)
     with window(gl) as look:
         at_sun(look, 400e3, sun_deg + 0.0066 * 23, -up)
         (alone,) = look.air._views.values()
         np.testing.assert_array_equal(alone.read(), moved)
+
+
+def test_no_image_of_an_even_climb_marches_a_whole_table(gl: moderngl.Context) -> None:
+    """A step of 2^-10 of 400 km in 40 images; and the table is an image's alone, whatever was
+    marched before."""
+    up, north = np.eye(3)[:2]
+    sun = np.cos(0.5) * up + np.sin(0.5) * north
+    heights = 400e3 * np.exp(2.0**-10 * np.arange(90) / 40.0)
+    marched: list[int] = []
+    with window(gl) as look:
+        for height in heights:
+            place = (RADIUS + height) * up
+            look.air.ahead(planet_view(sphere(0.3), place, -up, sun), "camera")
+            look.ray(sphere(0.3), place, -up, sun)
+            tables = look.air._nodes.values()
+            marched.append(sum(len(one.cached) + len(one.transmitting) for one in tables))
+        climbed = look.air._views.values()[-1].read()
+    whole = 5 * PARTS
+    assert marched[0] == whole
+    # Three tables in all, two of them while those before serve: 1/40 in each image.
+    assert marched[-1] >= 3 * whole
+    assert np.diff(marched).max() <= whole // 16
+    with window(gl) as look:
+        look.ray(sphere(0.3), (RADIUS + heights[-1]) * up, -up, sun)
+        (alone,) = look.air._views.values()
+        np.testing.assert_array_equal(alone.read(), climbed)
 
 
 def test_a_way_back_finds_the_same_tables(gl: moderngl.Context) -> None:
@@ -173,7 +199,7 @@ def test_a_way_back_finds_the_same_tables(gl: moderngl.Context) -> None:
 
     with window(gl) as look:
         first = light(look)
-        for index in range(3 * _SLOTS):
+        for index in range(3 * SLOTS):
             at_sun(look, 400e3, 60.0 + 0.3 * index, -up)
         np.testing.assert_array_equal(light(look), first)
 
@@ -184,7 +210,7 @@ def test_between_two_nodes_the_light_is_that_of_the_sun_there(
     gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch, height: float, sun_deg: float
 ) -> None:
     mixed = _view_light(gl, height, sun_deg)
-    monkeypatch.setattr("simgl.passes.background.air._NODE_STEP", 2.0**-14)
+    monkeypatch.setattr("simgl.passes.background.air_nodes._NODE_STEP", 2.0**-14)
     marched = _view_light(gl, height, sun_deg)
     there = marched > 1e-3 * marched.max()
     off = np.abs(mixed[there] / marched[there] - 1.0)

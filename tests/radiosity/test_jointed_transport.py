@@ -21,9 +21,12 @@ from simgl.radiosity.gather_points import face_normals
 from simgl.radiosity.jointed_bake import bake_jointed
 from simgl.radiosity.jointed_transport import JointedTransport
 from simgl.radiosity.light_transport import LightTransport
+from simgl.radiosity.next_poses import NextPoses
+from simgl.radiosity.patch_light import PatchLight
 from simgl.radiosity.posed_transport import PosedTransport
 from simgl.radiosity.solver import earth_share, vertex_irradiance
 from simgl.radiosity.transport_store import TransportStore, jointed_transport_of
+from simgl.scene.materials import Material
 from simgl.scene.mesh import Mesh, box
 from simgl.scene.posed_mesh import PosedMesh
 from simgl.scene.spacecraft import SpacecraftModel
@@ -66,6 +69,17 @@ FLOOR_TO_CEILING = 0.41525
 @lru_cache(maxsize=1)
 def room() -> JointedTransport:
     return bake_jointed(ROOM, ROOM_JOINTS, open_sheets=False, settings=SETTINGS)
+
+
+def room_model() -> SpacecraftModel:
+    """The same as a model."""
+    return SpacecraftModel(
+        name="room",
+        mesh=ROOM,
+        parts=("floor", "shutter", "ceiling"),
+        materials=(Material(name="grey", reflectance=(0.5,) * 4),),
+        joints=ROOM_JOINTS,
+    )
 
 
 def posed(transport: JointedTransport, mesh: Mesh, *values: float) -> PosedTransport:
@@ -204,13 +218,7 @@ def test_no_frame_waits_for_a_bake_of_parts_that_begin_to_move(
     prepared = replace(room())
     monkeypatch.setattr(transport_store, "transport_of", lambda *_, **__: None)
     monkeypatch.setattr(transport_store, "jointed_transport_of", lambda *_, **__: prepared)
-    model = SpacecraftModel(
-        name="room",
-        mesh=ROOM,
-        parts=("floor", "shutter", "ceiling"),
-        materials=(),
-        joints=ROOM_JOINTS,
-    )
+    model = room_model()
     transports = TransportStore()
     transports.prepare(model, "quick")
     assert len(traced) == 6
@@ -218,6 +226,36 @@ def test_no_frame_waits_for_a_bake_of_parts_that_begin_to_move(
     assert transports.of(model.posed({"rail_2": 0.1}), "quick") is not None
     # The ceiling with each of the others, both ways.
     assert len(traced) == 6 + 4
+
+
+def test_a_joint_on_the_move_finds_its_next_pose_made(
+    monkeypatch: pytest.MonkeyPatch, traced: list[object]
+) -> None:
+    """A shutter that slides by a tenth of a step in each frame, over eight steps."""
+    prepared = replace(room())
+    monkeypatch.setattr(transport_store, "transport_of", lambda *_, **__: None)
+    monkeypatch.setattr(transport_store, "jointed_transport_of", lambda *_, **__: prepared)
+    model = room_model()
+    size = model.step_sizes(transport_store.STEPS["quick"])[0]
+    transports, light = TransportStore(), PatchLight()
+    ahead = NextPoses(transports, light)
+    in_frame, asked = [], []
+    for frame in range(80):
+        # At every tenth frame it stands at a step, but for rounding.
+        steps = 20.0 + 0.1 * frame * (1.0 + 1e-12 * (-1) ** frame)
+        place = model.posed({"rail_1": steps * size})
+        before = len(traced)
+        assert transports.of(place, "quick") is not None
+        asked.append(len(traced) - before)
+        ahead.make_ahead(0, place)
+        in_frame.append(len(traced) - before)
+    # All six pairs at first. Then those of the shutter, four, one at a time.
+    assert asked[0] == 6
+    assert sum(asked[1:10]) <= 4
+    assert not any(asked[10:])
+    assert max(in_frame[10:]) == 1
+    # The last step that is reached is made, and a part of the one after it.
+    assert 6 + 4 * 8 <= len(traced) <= 6 + 4 * 9
 
 
 def test_a_pose_of_turned_parts_agrees_with_a_bake_of_that_pose() -> None:

@@ -4,17 +4,14 @@ A view's table holds for one height and one angle of the Sun, and for all direct
 taken in steps, fine enough not to show; angles of the Sun lie between four nodes, whose tables are
 marched and then mixed, so that a moving Sun costs a march only when it passes a node. Nodes lie
 close where the Sun is low over some of what is seen, and eight times as far apart where it is high
-over all of it. The table's rows lie in parts, each with nodes of its own between those of the
-others: while the Sun moves evenly a few rows are marched in each frame, and all of them only where
-the height passes a step. What the air lets through does not depend on the Sun. Images from one
-place share the tables: those of a camera, and the six that a spacecraft near it sees around it.
+over all of it. What the air lets through does not depend on the Sun. Images from one place share
+the tables: those of a camera, and the six that a spacecraft near it sees around it.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from math import acos, exp, floor, log, log1p, pi
 
 import moderngl
 import numpy as np
@@ -25,19 +22,21 @@ from simgl.gpu.release import all_or_nothing, release_all
 from simgl.gpu.render_targets import Format, ImageTarget
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
 from simgl.lru_cache import LruCache
-from simgl.passes.background.air_march import (
-    AIR_VIEW,
-    COLUMNS,
-    MARCHED,
-    STEPS,
-    AirMarch,
-    MarchedRows,
+from simgl.next_step import StepWatch
+from simgl.passes.background.air_march import AIR_VIEW, MARCHED, STEPS
+from simgl.passes.background.air_nodes import (
+    PARTS,
+    SLOTS,
+    AirNodes,
+    Nodes,
+    height_place,
+    new_table,
+    view_values,
 )
 from simgl.passes.background.air_tables import AIR, medium_defines
 from simgl.passes.background.earth_air import PAIRS, AirTables, EarthAir, medium_samplers
 from simgl.passes.shared_blocks import AirBetween
 from simgl.physics.air_profile import AIR_TOP
-from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS
 from simgl.physics.frames import angle_between
 from simgl.progress import ProgressCallback
 from simgl.scene.earth import Earth
@@ -61,21 +60,8 @@ _SEGMENT = Block(
     ),
 )
 
-# As in shaders/air/view.glsl; of the half circle of azimuths.
-_GROUND_ROWS, _LIMB_ROWS, _SKY_ROWS = 64, 128, 64
-_ROWS = _GROUND_ROWS + _LIMB_ROWS + _SKY_ROWS
-# The steps of a view: of its height, relative, and between the Sun's nodes [rad]: 400 m at 400 km,
-# and 3.6 s on the way round. At the terminator light falls by e in 1.5 degrees, low in the limb's
-# blue within half of one: half a step of height is 0.3 % there.
-_HEIGHT_STEP, _NODE_STEP = 2.0**-10, 2.0**-8
-# Where the Sun stands high over all that is seen nodes may be so many times as far apart: what the
-# air lets pass of its light, exp(-t / cos) with t = 0.35, is then interpolated within 5e-5 up to 70
-# degrees from the zenith. From 82 degrees on they are close. [rad]
-_WIDER, _LOW_SUN, _BLEND = 8.0, np.radians(75.0), np.radians(3.0)
-# Parts of a table's rows, and the nodes of each that are cached, in turns.
-_PARTS, _SLOTS = 16, 8
-# Tables that are cached: a camera's and those of spacecraft near it, mixed, and heights of nodes.
-_CAPACITY, _HEIGHTS = 8, 8
+# Tables that are cached, mixed: a camera's and those of spacecraft near it.
+_CAPACITY = 8
 
 # Atmospheres whose tables are cached, some megabytes each.
 _MAX_KINDS = 4
@@ -86,8 +72,8 @@ _MIX = Block(
     np.dtype(
         [
             # Of the four nodes of each part, and their slots.
-            ("node_weights", "f4", (_PARTS, 4)),
-            ("node_slots", "i4", (_PARTS, 4)),
+            ("node_weights", "f4", (PARTS, 4)),
+            ("node_slots", "i4", (PARTS, 4)),
             # Rows of a slot, and of a part.
             ("slot_rows", "i4"),
             ("part_rows", "i4"),
@@ -111,32 +97,6 @@ class AirBefore:
     pairs: moderngl.Texture | moderngl.Texture3D | None
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Nodes:
-    """Tables of one height: of light at the nodes that the Sun has passed last.
-
-    light : ``_SLOTS`` tables, one under the other
-    cached : index of the node whose rows a part has in a slot
-    """
-
-    kind: EarthAir
-    height: float
-    inside: bool
-    transmittance: ImageTarget
-    light: ImageTarget
-    cached: dict[tuple[int, int], int]
-
-    @property
-    def rows(self) -> int:
-        """Of a table."""
-        return self.transmittance.size[1]
-
-    @property
-    def part_rows(self) -> int:
-        """Of a part of a table."""
-        return self.rows // _PARTS
-
-
 class AtmospherePass:
     """Owns the tables of every air in use, and of the views last drawn."""
 
@@ -145,18 +105,18 @@ class AtmospherePass:
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        self._march = AirMarch(ctx)
         self._between: dict[bool, FullscreenProgram] = {}
         self._view = UniformBuffer(ctx, AIR_VIEW)
         self._tables = LruCache[EarthAir, AirTables](_MAX_KINDS, AirTables.release)
         self._mix = FullscreenProgram(ctx, "air/mix", _MIX, ["node_light"])
-        self._nodes = LruCache[tuple[object, ...], _Nodes](
-            _HEIGHTS, lambda nodes: release_all(ctx, nodes.transmittance, nodes.light)
-        )
+        self._nodes = AirNodes(ctx)
         self._views = LruCache[tuple[object, ...], ImageTarget](
             _CAPACITY, partial(release_all, ctx)
         )
         self._last: tuple[tuple[object, ...], AirBefore] | None = None
+        self._watches: dict[str, StepWatch] = {}
+        # Angles of the Sun, and of the Moon (True), that the images since the last ``ahead`` saw.
+        self._angles: dict[bool, float] = {}
 
     def prepare(self, earth: Earth, progress: ProgressCallback | None = None) -> None:
         """Make the tables that do not depend on a view, so that no frame waits for them."""
@@ -182,10 +142,11 @@ class AtmospherePass:
         key = kind, *place, planet.sun_direction_itrf.tobytes()
         if self._last is None or self._last[0] != key:
             height, angle = planet.height, _sun_angle(planet)
-            nodes = self._nodes_of(tables, kind, height, moonlit=planet.moonlit)
+            nodes = self._nodes.of(kind, height, moonlit=planet.moonlit)
+            self._angles[planet.moonlit] = angle
             light = self._light(tables, nodes, height, angle)
             self._last = None
-            self._view.write(_view_values(planet, kind.radius, height, angle))
+            self._view.write(_values_of(planet, kind.radius, height, angle))
             shared = (tables.textures[name] for name in AIR_SAMPLERS[:2])
             of_view = *light.textures, *nodes.transmittance.textures
             pairs = tables.textures.get(PAIRS)
@@ -193,6 +154,18 @@ class AtmospherePass:
             self._last = key, air
         self._view.bind()
         return self._last[1]
+
+    def ahead(self, planet: PlanetView, viewer: str) -> None:
+        """March a part of the tables that a viewer comes to next, before its image, so that no
+        image waits for all of them.
+
+        viewer : whose height is followed from image to image
+        """
+        angles, self._angles = self._angles, {}
+        step = self._watches.setdefault(viewer, StepWatch()).next_step(height_place(planet.height))
+        kind = _kind_of(planet.earth)
+        if step is not None and kind is not None:
+            self._nodes.fill_ahead(self._tables_of(kind), kind, step, angles)
 
     def between(self, segment: AirSegment | None) -> AirBetween | None:
         """The air before a spacecraft; None where there is none. Read back: 4 ms on a CPU."""
@@ -227,79 +200,32 @@ class AtmospherePass:
         release_all(self._ctx, target)
         return AirBetween(light=light * segment.sun_irradiance, transmittance=transmittance)
 
-    def _light(self, tables: AirTables, nodes: _Nodes, height: float, angle: float) -> ImageTarget:
+    def _light(self, tables: AirTables, nodes: Nodes, height: float, angle: float) -> ImageTarget:
         """The light of a view: between that of the nodes on both sides of the Sun's angle."""
         key = nodes.kind, height, angle
         return self._views.get(key, lambda: self._draw_mixed(tables, nodes, angle))
 
-    def _draw_mixed(self, tables: AirTables, nodes: _Nodes, angle: float) -> ImageTarget:
-        weights, slots = np.zeros((_PARTS, 4)), np.zeros((_PARTS, 4), dtype=np.int32)
-        for part in range(_PARTS):
-            between = _node_place(angle, nodes.height) - part / _PARTS
-            below = floor(between)
-            weights[part] = _node_weights(between - below)
-            for i in range(4):
-                index = below + i - 1
-                slots[part, i] = slot = index % _SLOTS
-                if nodes.cached.get((part, slot)) != index:
-                    self._march_node(tables, nodes, part, index)
-        target = _new_table(self._ctx, nodes.rows)
+    def _draw_mixed(self, tables: AirTables, nodes: Nodes, angle: float) -> ImageTarget:
+        self._nodes.fill(tables, nodes, angle)
+        weights, indices = nodes.mixture(angle)
+        target = new_table(self._ctx, nodes.rows)
         self.state.apply(self._ctx, target.framebuffer, (0, 0, *target.size))
         values = {
             "node_weights": weights,
-            "node_slots": slots,
+            "node_slots": indices % SLOTS,
             "slot_rows": nodes.rows,
             "part_rows": nodes.part_rows,
         }
         self._mix.draw(values, nodes.light.textures)
         return target
 
-    def _nodes_of(
-        self, tables: AirTables, kind: EarthAir, height: float, *, moonlit: bool
-    ) -> _Nodes:
-        """Of the Sun or of the Moon: each keeps its own angles while the other's are read."""
-        # A step on the other side of the air's top has rows of another kind.
-        inside = height < AIR_TOP
-        step = _height_step(height)
-        step = min(step, AIR_TOP) if inside else max(step, AIR_TOP)
-
-        def made() -> _Nodes:
-            # A camera in space looks at no sky.
-            rows = _ROWS if inside else _ROWS - _SKY_ROWS
-            nodes = _Nodes(
-                kind=kind,
-                height=step,
-                inside=inside,
-                transmittance=_new_table(self._ctx, rows),
-                light=_new_table(self._ctx, _SLOTS * rows),
-                cached={},
-            )
-            values = _values(kind.radius, step, 0.0)
-            wanted = MarchedRows(nodes.transmittance, 0, rows, inside=inside, light=False)
-            self._march.fill(tables, wanted, values)
-            return nodes
-
-        return self._nodes.get((kind, step, inside, moonlit), made)
-
-    def _march_node(self, tables: AirTables, nodes: _Nodes, part: int, index: int) -> None:
-        """Fill the rows of a part for one node."""
-        slot = index % _SLOTS
-        nodes.cached.pop((part, slot), None)
-        angle = _node_angle(index + part / _PARTS, nodes.height)
-        values = _values(nodes.kind.radius, nodes.height, angle) | {"first_row": -slot * nodes.rows}
-        first = slot * nodes.rows + part * nodes.part_rows
-        wanted = MarchedRows(nodes.light, first, nodes.part_rows, inside=nodes.inside, light=True)
-        self._march.fill(tables, wanted, values)
-        nodes.cached[part, slot] = index
-
     def release(self) -> None:
         """Free everything."""
         self._last = None
         self._views.clear()
-        self._nodes.clear()
+        self._nodes.release()
         self._mix.release()
         self._tables.clear()
-        self._march.release()
         for program in self._between.values():
             program.release()
         self._between.clear()
@@ -319,75 +245,12 @@ def _sun_in_sphere(planet: PlanetView) -> np.ndarray[tuple[int], np.dtype[np.flo
     return stretched / np.linalg.norm(stretched)
 
 
-def _new_table(ctx: moderngl.Context, rows: int) -> ImageTarget:
-    target = ImageTarget(ctx, (COLUMNS, rows), (Format("f4", 4),))
-    for texture in target.textures:
-        texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
-        texture.repeat_x = texture.repeat_y = False
-    return target
-
-
-def _height_step(height: float) -> float:
-    """Height of the tables that serve a view from a height [m]."""
-    return exp(round(log(height) / _HEIGHT_STEP) * _HEIGHT_STEP)
-
-
-def _node_place(angle: float, height: float) -> float:
-    """Number of nodes up to an angle of the Sun from the zenith of a height [rad, m]."""
-    # On the horizon the Sun stands lower by the angle between both zeniths.
-    dip = acos(WGS84_EQUATORIAL_RADIUS / (WGS84_EQUATORIAL_RADIUS + height))
-    past = (angle - (_LOW_SUN - dip)) / _BLEND
-    # Of the steps from wide to close, the integral of a logistic function.
-    close = _BLEND * (max(past, 0.0) + log1p(exp(-abs(past))))
-    return (angle / _WIDER + (1.0 - 1.0 / _WIDER) * close) / _NODE_STEP
-
-
-def _node_angle(place: float, height: float) -> float:
-    """Angle of the Sun up to which there are so many nodes: the inverse of ``_node_place``."""
-    low, high = -pi, 2.0 * pi
-    while (middle := 0.5 * (low + high)) not in (low, high):
-        if _node_place(middle, height) < place:
-            low = middle
-        else:
-            high = middle
-    return low
-
-
-def _node_weights(x: float) -> tuple[float, float, float, float]:
-    """Of four nodes at -1, 0, 1 and 2, in the cubic through them."""
-    return (
-        -x * (x - 1.0) * (x - 2.0) / 6.0,
-        (x + 1.0) * (x - 1.0) * (x - 2.0) / 2.0,
-        -(x + 1.0) * x * (x - 2.0) / 2.0,
-        (x + 1.0) * x * (x - 1.0) / 6.0,
-    )
-
-
 def _sun_angle(planet: PlanetView) -> float:
     """From the camera's zenith, in sphere space [rad]."""
     return angle_between(planet.camera_in_sphere.astype(np.float64), _sun_in_sphere(planet))
 
 
-def _values(radius: float, height: float, angle: float) -> dict[str, object]:
-    """The block AIR_VIEW as a table's drawing reads it."""
-    outside = height * (2.0 * radius + height) / radius**2
-    reach = AIR_TOP * (2.0 * radius + AIR_TOP) / radius**2
-    return {
-        "camera_up": np.zeros(4),
-        "sun_side": np.zeros(4),
-        "camera_sun": (np.cos(angle), np.sin(angle)),
-        "outside_air": outside,
-        "horizon_reach": min(outside, reach),
-        "camera_nearness": 1.0 / np.sqrt(1.0 + outside),
-        "camera_height": height / 1e3,
-        "view_columns": COLUMNS,
-        "first_row": 0.0,
-    }
-
-
-def _view_values(
-    planet: PlanetView, radius: float, height: float, angle: float
-) -> dict[str, object]:
+def _values_of(planet: PlanetView, radius: float, height: float, angle: float) -> dict[str, object]:
     """The block as an image reads it: its own horizon, the table's layout."""
     place = planet.camera_in_sphere.astype(np.float64)
     up = place / np.linalg.norm(place)
@@ -398,7 +261,7 @@ def _view_values(
         side = np.cross(up, np.eye(3)[int(np.argmin(np.abs(up)))])
         length = float(np.linalg.norm(side))
     reach = AIR_TOP * (2.0 * radius + AIR_TOP) / radius**2
-    return _values(radius, height, angle) | {
+    return view_values(radius, height, angle) | {
         "camera_up": (*up, 0.0),
         "sun_side": (*(side / length), 0.0),
         "outside_air": planet.outside,

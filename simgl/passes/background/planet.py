@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import moderngl
 import numpy as np
@@ -25,6 +25,7 @@ from simgl.passes.background.earth_textures import (
     EarthTextures,
     Weather,
 )
+from simgl.passes.background.lit_earth import LitEarth
 from simgl.passes.background.planet_blocks import (
     AURORA,
     GROUND_BANDS,
@@ -74,42 +75,8 @@ _MAGNIFIED = 0.5
 _EVEN = tuple(
     (*bands, "EARTH_MAPS", *far, "AIR") for bands in ((), ("BANDS",)) for far in ((), ("FAR",))
 )
-# Pixels larger than this [m] resolve nothing of the chart.
-_FAR = 6e3
 # Where a large tile spans less of an angle, it finds glint, 0.2 rad wide, at its corners.
 _SPANNED_ANGLE = 0.03
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _LitEarth:
-    """The Earth in the light of the Sun or of the Moon, and where that light is drawn.
-
-    planet : with the Moon in the Sun's place for moonlight
-    area : x, y, width, height of the target's rectangle [pixels]
-    block : of the uniforms of this light
-    """
-
-    planet: PlanetView
-    background: Background
-    target: moderngl.Framebuffer
-    area: tuple[int, int, int, int]
-    state: State
-    block: UniformBuffer
-
-    @property
-    def mapped(self) -> bool:
-        """Whether it has maps, and not one albedo."""
-        return self.planet.earth.albedo is None
-
-    @property
-    def nadir_pixel(self) -> float:
-        """Edge of a pixel straight below [m]."""
-        return self.planet.height / float(self.background.intrinsics[0, 0])
-
-    @property
-    def far(self) -> bool:
-        """Whether pixels resolve nothing of the chart."""
-        return self.mapped and self.nadir_pixel > _FAR
 
 
 class PlanetPass:
@@ -156,8 +123,7 @@ class PlanetPass:
         area : x, y, width, height [pixels]
         """
         if background.planet is not None:
-            sunlit = self._sunlit(background, background.planet, target, area)
-            self._draw_earth(sunlit, self._tiles([sunlit])[0])
+            self._draw_earths([self._sunlit(background, background.planet, target, area)])
             return
         state = self._over(background)
         state.apply(self._ctx, target, area, area)
@@ -169,7 +135,7 @@ class PlanetPass:
 
         A face of fewer texels fills the first rows and columns of its square.
         """
-        by_texels: dict[int, list[_LitEarth]] = {}
+        by_texels: dict[int, list[LitEarth]] = {}
         for row, (face, edge) in enumerate(zip(sky.faces, sky.face_texels, strict=True)):
             area = 0, row * sky.texels, edge, edge
             if face.celestial is not None:
@@ -180,8 +146,7 @@ class PlanetPass:
                 sunlit = self._sunlit(face, face.planet, target, area)
                 by_texels.setdefault(edge, []).append(sunlit)
         for earths in by_texels.values():
-            for earth, tiles in zip(earths, self._tiles(earths), strict=True):
-                self._draw_earth(earth, tiles)
+            self._draw_earths(earths)
 
     def _over(self, background: Background) -> State:
         return self.state if background.celestial is None else self.before
@@ -192,8 +157,8 @@ class PlanetPass:
         planet: PlanetView,
         target: moderngl.Framebuffer,
         area: tuple[int, int, int, int],
-    ) -> _LitEarth:
-        return _LitEarth(
+    ) -> LitEarth:
+        return LitEarth(
             planet=planet,
             background=background,
             target=target,
@@ -202,7 +167,7 @@ class PlanetPass:
             block=self._block,
         )
 
-    def _tiles(self, earths: Sequence[_LitEarth]) -> list[BackgroundTiles]:
+    def _tiles(self, earths: Sequence[LitEarth]) -> list[BackgroundTiles]:
         """Of images of one size from one place in one light."""
         if not earths:
             return []
@@ -218,29 +183,45 @@ class PlanetPass:
             noise=not one.far,
         )
 
-    def _draw_earth(self, sunlit: _LitEarth, tiles: BackgroundTiles) -> None:
+    def _draw_earths(self, earths: Sequence[LitEarth]) -> None:
+        """Images of one size from one place in one light, in sunlight and moonlight."""
+        tiles = self._tiles(earths)
+        nights = [
+            seen.any & (seen.low < moonlit_below(lit.planet))
+            for lit, seen in zip(earths, tiles, strict=True)
+        ]
+        moonlit = [
+            lit.by_moon(lit.planet.moonlight, self.more, self._moon_block)
+            if lit.planet.moonlight is not None and night.any()
+            else None
+            for lit, night in zip(earths, nights, strict=True)
+        ]
+        by_moon = iter(self._tiles([lit for lit in moonlit if lit is not None]))
+        for lit, seen, night, moon in zip(earths, tiles, nights, moonlit, strict=True):
+            self._draw_earth(lit, seen, night, None if moon is None else (moon, next(by_moon)))
+
+    def _draw_earth(
+        self,
+        sunlit: LitEarth,
+        tiles: BackgroundTiles,
+        night: Mask,
+        by_moon: tuple[LitEarth, BackgroundTiles] | None,
+    ) -> None:
+        """An image in sunlight and, where it is night, moonlight."""
         planet = sunlit.planet
         self._draw_lit(sunlit, tiles)
         if planet.earth.airglow:
             self._draw_glow(tiles.within(tiles.low < DARK), sunlit)
         if planet.earth.aurora_kp is not None and (tiles.any & (tiles.low < DARK)).any():
             self._draw_aurora(tiles, sunlit, planet.earth.aurora_kp)
-        moonlit = None
-        night = tiles.any & (tiles.low < moonlit_below(planet))
-        if planet.moonlight is not None and night.any():
-            moonlit = replace(
-                sunlit,
-                planet=planet.in_moonlight(planet.moonlight),
-                state=self.more,
-                block=self._moon_block,
-            )
-            self._draw_lit(moonlit, self._tiles([moonlit])[0], night)
+        if by_moon is not None:
+            self._draw_lit(*by_moon, night)
         if planet.earth.clouds is not None and planet.height < planet.earth.clouds.height:
             self._draw_ceiling(tiles, replace(sunlit, state=self.before))
-            if moonlit is not None:
-                self._draw_ceiling(tiles.within(night), moonlit)
+            if by_moon is not None:
+                self._draw_ceiling(tiles.within(night), by_moon[0])
 
-    def _draw_lit(self, lit: _LitEarth, tiles: BackgroundTiles, night: Mask | None = None) -> None:
+    def _draw_lit(self, lit: LitEarth, tiles: BackgroundTiles, night: Mask | None = None) -> None:
         """The Earth in one light.
 
         tiles : that it covers
@@ -268,7 +249,7 @@ class PlanetPass:
         )
 
     def _bind(
-        self, lit: _LitEarth, textures: Sequence[Texture], air: AirBefore | None, *, lamps: bool
+        self, lit: LitEarth, textures: Sequence[Texture], air: AirBefore | None, *, lamps: bool
     ) -> None:
         """Textures and blocks of the Earth in one light; lamps : whether cities shine."""
         regolith = None if lit.mapped else lit.planet.earth.regolith
@@ -283,7 +264,7 @@ class PlanetPass:
         lit.block.write(values | self._textures.of_block)
         lit.block.bind()
 
-    def _bind_bands(self, lit: _LitEarth, air: AirBefore | None) -> None:
+    def _bind_bands(self, lit: LitEarth, air: AirBefore | None) -> None:
         """What only an Earth in bands of a scenario reads."""
         if lit.mapped:
             self._ground_bands.write(ground_band_values(lit.planet.earth.bands))
@@ -328,7 +309,7 @@ class PlanetPass:
         if "AIR" in variant:
             self._program_for("planet/air", variant).draw(tiles.air, TILE)
 
-    def _draw_glow(self, tiles: BackgroundTiles, lit: _LitEarth) -> None:
+    def _draw_glow(self, tiles: BackgroundTiles, lit: LitEarth) -> None:
         """The air's own light, on top of the Earth; reads what that was drawn with."""
         if not tiles.any.any():
             return
@@ -340,7 +321,7 @@ class PlanetPass:
         rim = self._program_for("planet/glow", (*maps, "AIR", *inside))
         rim.draw(tiles.ground | tiles.air, TILE)
 
-    def _draw_aurora(self, tiles: BackgroundTiles, lit: _LitEarth, kp: float) -> None:
+    def _draw_aurora(self, tiles: BackgroundTiles, lit: LitEarth, kp: float) -> None:
         """The aurora, on top of all else; reads what the Earth was drawn with.
 
         It stands higher than the air, so tiles beyond the Earth are drawn too.
@@ -354,7 +335,7 @@ class PlanetPass:
         self._program_for("planet/aurora", maps).draw(~rim, TILE)
         self._program_for("planet/aurora", (*maps, "AIR", *inside)).draw(rim, TILE)
 
-    def _draw_ceiling(self, tiles: BackgroundTiles, lit: _LitEarth) -> None:
+    def _draw_ceiling(self, tiles: BackgroundTiles, lit: LitEarth) -> None:
         """The clouds over a camera beneath them, over all else."""
         air = self._air.before(lit.planet)
         lit.state.apply(self._ctx, lit.target, lit.area, lit.area)
