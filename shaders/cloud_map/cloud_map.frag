@@ -14,7 +14,7 @@ uniform sampler2D swirls;    // where the air of a place came from, ITRF unit ve
 uniform sampler2D commas;    // of depressions: deep cloud, cold air, ice cloud
 uniform sampler2D anvils;    // of storms: ice blown off towers, the towers
 uniform sampler2D land_map;  // square roots of reflectance
-uniform sampler2D form_map;  // slopes, shore, lights
+uniform sampler2D shore_map; // distance to the shore
 
 out vec4 weather;   // share of cloud, thickness code, thin high cloud, kind (planet/puffs.glsl)
 
@@ -61,7 +61,7 @@ void main() {
 
     vec4 land = textureLod(land_map, uv, 4.0);
     land *= land;
-    float on_land = step(textureLod(form_map, uv, 0.0).b, 0.5);
+    float on_land = step(textureLod(shore_map, uv, 0.0).r, 0.5);
     float desert = on_land * clamp((land.r - land.b - 0.06) * 6.5, 0.0, 1.0);
 
     float deck = 0.0;

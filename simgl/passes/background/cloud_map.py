@@ -16,7 +16,7 @@ from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import release_all
 from simgl.gpu.render_targets import Format, ImageTarget
 from simgl.gpu.uniform_blocks import Block
-from simgl.passes.background.earth_maps import MADE_BY, form_inputs, land_inputs, map_once
+from simgl.passes.background.earth_maps import MADE_BY, shore_inputs, land_inputs, map_once
 from simgl.scene.cyclones import DECKS, anvils, commas, seed_shift, swirls
 from simgl.scene.earth import Clouds, EarthMaps, MapImage
 from simgl.scene.noise_volume import SIZE, noise_volume
@@ -82,7 +82,7 @@ def _source(
     """The modules that draw the weather, and all else that it depends on."""
     shader = assemble(assets.shaders(), f"{_SHADER}.frag", None, {_WEATHER.include: _WEATHER.glsl})
     driver = ctx.info["GL_RENDERER"], ctx.info["GL_VERSION"]
-    of_ground = land_inputs(maps.land), form_inputs(maps.water, maps.night)
+    of_ground = land_inputs(maps.land), shore_inputs(maps.water)
     inputs = ("weather", clouds.seed, clouds.cover, shader.text, driver, of_ground)
     return (__name__, "simgl.scene.cyclones", "simgl.scene.noise_volume", *MADE_BY), inputs
 
@@ -100,8 +100,9 @@ def weather_codes(
     noise : of the same seed; ground : as ``simgl.passes.background.earth_maps`` gives them
     width : of the map; its height is half of that
     """
-    samplers = ["noise_volume", "swirls", "commas", "anvils", "land_map", "form_map"]
+    samplers = ["noise_volume", "swirls", "commas", "anvils", "land_map", "shore_map"]
     program = FullscreenProgram(ctx, _SHADER, _WEATHER, samplers)
+    land, _, shore, _ = ground
     drawn = [_field_texture(ctx, make(clouds.seed)) for make in (swirls, commas, anvils)]
     small = ImageTarget(ctx, _SMALL, [Format("f4", 4)])
     full = ImageTarget(ctx, (width, width // 2), [Format("f1", 4)])
@@ -111,7 +112,7 @@ def weather_codes(
         area = (0, 0, *target.size)
         State().apply(ctx, target.framebuffer, area, area)
         size = {"map_size": target.size, "cover_shift": shift}
-        program.draw(given | size, [noise, *drawn, *ground])
+        program.draw(given | size, [noise, *drawn, land, shore])
 
     try:
         draw(full, _shift_for(clouds.cover, small, draw))
