@@ -15,9 +15,9 @@ import moderngl
 import numpy as np
 
 from benchmarks.flight.distant_earth import DATES, ground_normals
-from simgl.arrays import Array, Mask
+from simgl.arrays import Array
 from simgl.physics.constants import EARTH_MU, WGS84_EQUATORIAL_RADIUS
-from simgl.physics.ephemeris import itrf_from_icrf, sun_position, tai_ns_from_utc
+from simgl.physics.ephemeris import itrf_from_icrf, sun_position
 from simgl.scenario.loader import scenario_from_dict
 from simgl.simulator import Product, Simulator
 
@@ -34,41 +34,34 @@ FACES = {
 }
 # The horizon lies 70.2 deg from nadir, the air's top 74 deg.
 _SIZE, _HALF_FIELD = 160, np.radians(74.0)
-# Below that share of sunlight a face is as good as dark.
-_LEAST = 0.005
+# Orbits of a day, and places along each.
+_ORBITS, _STEPS = 15, 8
 # Beyond that from its middle pixels do not see the Sun's disc itself [rad].
 _SUN = np.radians(0.7)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FaceLight:
-    """Irradiance by the Earth, 400 to 1000 nm, over that of the Sun, by time and face.
+    """Irradiance by the Earth, 400 to 1000 nm, over that of the Sun: means of orbits.
 
-    simgl, mean_earth : (times, faces)
+    simgl, mean_earth : (orbits, faces)
     """
 
     simgl: Array
     mean_earth: Array
 
     @property
-    def lit(self) -> Mask:
-        """Those bright enough to be compared."""
-        return self.mean_earth > _LEAST
-
-    def ratios(self, face: int) -> Array:
-        """simgl's over the mean Earth's, at the times when a face is lit."""
-        seen = self.lit[:, face]
-        return np.asarray(self.simgl[seen, face] / self.mean_earth[seen, face])
-
-    def of_a_day(self, face: int) -> float:
-        """The same of the light of all times together."""
-        return float(self.simgl[:, face].sum() / self.mean_earth[:, face].sum())
+    def ratios(self) -> Array:
+        """(orbits, faces) simgl's over the mean Earth's."""
+        return self.simgl / self.mean_earth
 
 
-def _axes(seconds: float) -> tuple[Array, Array]:
-    """(3,) position [m] and (3, 3) axes ahead, against the normal and to nadir as rows; ICRF."""
+def _axes(along: float) -> tuple[Array, Array]:
+    """(3,) position [m] and (3, 3) axes ahead, against the normal and to nadir as rows; ICRF.
+
+    along : angle from the ascending node [rad]
+    """
     radius = WGS84_EQUATORIAL_RADIUS + HEIGHT
-    along = seconds * np.sqrt(EARTH_MU / radius**3)
     north = np.array([0.0, np.cos(INCLINATION), np.sin(INCLINATION)])
     up = np.cos(along) * np.array([1.0, 0.0, 0.0]) + np.sin(along) * north
     ahead = np.cos(along) * north - np.sin(along) * np.array([1.0, 0.0, 0.0])
@@ -112,35 +105,40 @@ def _mean_earth(position: Array, rays: Array, sun: Array, albedo: Array) -> Arra
     return np.asarray(albedo[row, column] * np.maximum(normal @ sun, 0.0) / np.pi * meets)
 
 
-def cube_light(ctx: moderngl.Context, albedo: Array, *, minutes: float) -> FaceLight:
+def cube_light(ctx: moderngl.Context, albedo: Array) -> FaceLight:
     """Of a day of orbits on each of the four dates, each with the weather of its own seed.
 
-    albedo : (180, 360) of 400 to 1000 nm, mean of a year; minutes : from one time to the next
+    albedo : (180, 360) of 400 to 1000 nm, mean of a year
     """
     rays, solid = _rays()
     weight = np.maximum(rays @ np.array(list(FACES.values())).T, 0.0) * solid[..., None]
-    seconds = np.arange(0.0, 86_400.0, 60.0 * minutes)
-    simgl, mean = [], []
+    places = [_axes(along) for along in 2.0 * np.pi * np.arange(_STEPS) / _STEPS]
+    period = 2.0 * np.pi * np.sqrt((WGS84_EQUATORIAL_RADIUS + HEIGHT) ** 3 / EARTH_MU)
+    shape = len(DATES), _ORBITS, _STEPS, len(FACES)
+    simgl, mean = np.zeros(shape), np.zeros(shape)
     for seed, date in enumerate(DATES):
-        cameras = {str(k): _camera(*_axes(time)) for k, time in enumerate(seconds)}
+        cameras = {str(k): _camera(*place) for k, place in enumerate(places)}
         earth = {"moonlight": False, "airglow": False, "clouds": {"seed": seed}}
-        start = tai_ns_from_utc(f"{date}T00:00:00")
         data = {"epoch": {"utc": f"{date}T00:00:00"}, "earth": earth, "camera": cameras}
         scenario = scenario_from_dict(data | {"sky": {"stars": False}})
         with Simulator(scenario, ctx) as simulator:
-            for k, time in enumerate(seconds):
-                epoch = start + round(time * 1e9)
-                R = itrf_from_icrf(epoch)
-                position, axes = _axes(time)
-                sun = sun_position(epoch)
-                seen = rays @ axes @ sun < np.cos(_SUN) * np.linalg.norm(sun)
-                sun = R @ (sun / np.linalg.norm(sun))
-                of_mean = _mean_earth(R @ position, rays @ axes @ R.T, sun, albedo)
-                mean.append(np.einsum("yx,yxf->f", of_mean, weight))
-                state = scenario.at(epoch)
-                frame = simulator.capture(state, str(k), frozenset({Product.RADIANCE})).radiance
+            for orbit, step in np.ndindex(_ORBITS, _STEPS):
+                after = (orbit + step / _STEPS) * period
+                state = scenario.at(scenario.epoch_tai_ns + round(after * 1e9))
+                frame = simulator.capture(state, str(step), frozenset({Product.RADIANCE})).radiance
                 assert frame is not None
+                at = seed, orbit, step
+                position, axes = places[step]
+                sun = sun_position(state.tai_ns)
+                sun /= np.linalg.norm(sun)
+                off_disc = rays @ axes @ sun < np.cos(_SUN)
+                light = frame.radiance.sum(axis=-1) * off_disc
                 sunlight = float(state.sun.seen_from(np.zeros(3)).irradiance.sum())
-                light = frame.radiance.sum(axis=-1) * seen / sunlight
-                simgl.append(np.einsum("yx,yxf->f", light, weight))
-    return FaceLight(simgl=np.array(simgl), mean_earth=np.array(mean))
+                simgl[at] = np.einsum("yx,yxf->f", light, weight) / sunlight
+                R = itrf_from_icrf(state.tai_ns)
+                of_mean = _mean_earth(R @ position, rays @ axes @ R.T, R @ sun, albedo)
+                mean[at] = np.einsum("yx,yxf->f", of_mean, weight)
+    return FaceLight(
+        simgl=simgl.mean(axis=2).reshape(-1, len(FACES)),
+        mean_earth=mean.mean(axis=2).reshape(-1, len(FACES)),
+    )

@@ -59,7 +59,7 @@ def _shipped(name: str, mode: str) -> Image8:
     return np.asarray(decoded_image(content, MAX_WIDTH * MAX_WIDTH // 2).convert(mode))
 
 
-def _digest(image: MapImage | None, *shipped: str) -> tuple[str, ...]:
+def digest_of(image: MapImage | None, *shipped: str) -> tuple[str, ...]:
     """Of the content of an image, or of those in its place."""
     if image is not None:
         return (image.digest,)
@@ -68,12 +68,12 @@ def _digest(image: MapImage | None, *shipped: str) -> tuple[str, ...]:
 
 def land_inputs(image: MapImage | None) -> tuple[object, ...]:
     """What ``land_map`` depends on, for hashes."""
-    return "land", _digest(image, *_LAND)
+    return "land", digest_of(image, *_LAND)
 
 
 def shore_inputs(water: MapImage | None) -> tuple[object, ...]:
     """What ``shore_map`` depends on, for hashes."""
-    return "shore", _digest(water, _SHORE)
+    return "shore", digest_of(water, _SHORE)
 
 
 def map_once(made_by: Sequence[str], inputs: object, make: Callable[[], Image8]) -> Image8:
@@ -114,7 +114,7 @@ def land_map_in_bands(image: MapImage | None, bands: Bands) -> Image8:
     """(h, w, 4) square roots of reflectance in the bands, 255 for 1."""
     if bands == BANDS:
         return land_map(image)
-    inputs = (land_inputs(image), bands, _digest(None, "spectra.csv"))
+    inputs = (land_inputs(image), bands, digest_of(None, "spectra.csv"))
     return map_once(_BANDS_MADE_BY, inputs, lambda: _land_in_bands(image, bands))
 
 
@@ -147,7 +147,7 @@ def form_map() -> Image8:
     """(h, w, 2) codes of the slopes to the east and north."""
 
     def made() -> Image8:
-        return map_once(MADE_BY, ("form", _digest(None, _RELIEF)), make_form_map)
+        return map_once(MADE_BY, ("form", digest_of(None, _RELIEF)), make_form_map)
 
     return _form_maps.get(None, made, size_of)
 
@@ -175,7 +175,7 @@ def lamp_map(night: MapImage | None) -> Image8:
     """(h, w, 1) codes of the lights at night."""
 
     def made() -> Image8:
-        inputs = "lamps", _digest(night, _NIGHT)
+        inputs = "lamps", digest_of(night, _NIGHT)
         return map_once(MADE_BY, inputs, lambda: make_lamp_map(night))
 
     return _lamp_maps.get(night, made, size_of)

@@ -58,7 +58,7 @@ PLANET = Block(
             # closed cells, open cells, cumulus and lumps.
             ("chart_variance", "f4", (LEVELS, 4)),
             ("cloud_variance", "f4", (LEVELS, 4)),
-            # Halvings by which the maps of land, form, shores and lamps are coarser than that of form.
+            # Halvings by which the maps of land, form, shores and lamps are coarser than form's.
             ("map_halvings", "f4", 4),
             ("weather_halvings", "f4"),
             ("outside", "f4"),
