@@ -36,8 +36,9 @@ from scipy.ndimage import distance_transform_edt, gaussian_filter, map_coordinat
 from simgl.arrays import Array32, Mask
 from simgl.physics.land_reflectance import near_infrared, reflectance_from_display
 
-# Of shores and relief, and of the land's colours.
-WIDTH, HEIGHT = 8192, 4096
+# Of relief, of shores, and of the land's colours.
+WIDTH, HEIGHT = 10800, 5400
+SHORE_SIZE = (16200, 8100)
 LAND_SIZE = (5400, 2700)
 STEPS_PER_KM = 6.0
 STEPS_PER_ROOT_SLOPE = 120.0
@@ -150,14 +151,14 @@ def water(folder: Path) -> Mask:
 
 
 def shore(is_water: Mask) -> Array32:
-    """(HEIGHT, WIDTH) distance to the shore [km], positive on water, at most 21 km."""
+    """(8100, 16200) distance to the shore [km], positive on water, at most 21 km."""
     # In cells of two by two, of which those that the shore crosses know where it does.
     water = is_water[::2].astype(np.float32) + is_water[1::2]
     water = 0.25 * (water[:, ::2] + water[:, 1::2])
-    rows = len(water)
+    rows, (width, height) = len(water), SHORE_SIZE
     km = 180.0 / rows * _KM_PER_DEGREE
     margin, strip = 12, rows // 24
-    out = np.empty((rows, WIDTH), dtype=np.float32)
+    out = np.empty((rows, width), dtype=np.float32)
     for top in range(0, rows, strip):
         low, high = max(top - margin, 0), min(top + strip + margin, rows)
         part = np.pad(water[low:high], ((0, 0), (margin, margin)), mode="wrap")
@@ -169,9 +170,9 @@ def shore(is_water: Mask) -> Array32:
         distance = np.where((part > 0.0) & (part < 1.0), (part - 0.5) * km, distance)
         distance = distance[top - low : top - low + strip, margin:-margin]
         clipped = np.clip(distance, -21.0, 21.0).astype(np.float32)
-        wide = Image.fromarray(clipped).resize((WIDTH, strip), Image.Resampling.BOX)
+        wide = Image.fromarray(clipped).resize((width, strip), Image.Resampling.BOX)
         out[top : top + strip] = np.asarray(wide)
-    return np.asarray(Image.fromarray(out).resize((WIDTH, HEIGHT), Image.Resampling.BOX))
+    return np.asarray(Image.fromarray(out).resize((width, height), Image.Resampling.BOX))
 
 
 def _low_pass(shape: tuple[int, int]) -> Array32:
@@ -254,9 +255,11 @@ def make(packages: Path, folder: Path) -> None:
     distance = shore(water(packages))
     code = np.clip(np.round(128.0 + STEPS_PER_KM * distance), 0, 255).astype(np.uint8)
     Image.fromarray(code).save(folder / "shore.webp", lossless=True, method=4)
-    slope = slopes(heights(packages / "usr/share/ferret-vis/data/etopo5.cdf", distance < 0.0))
+    coarse = Image.fromarray(distance).resize((WIDTH, HEIGHT), Image.Resampling.BOX)
+    inland = -np.asarray(coarse)
+    slope = slopes(heights(packages / "usr/share/ferret-vis/data/etopo5.cdf", inland > 0.0))
     # What is drawn along shores is their line.
-    slope *= np.clip(-distance / _LEVEL_SHORE_KM, 0.0, 1.0)[..., None]
+    slope *= np.clip(inland / _LEVEL_SHORE_KM, 0.0, 1.0)[..., None]
     root = np.sign(slope) * np.sqrt(np.abs(slope))
     code = np.clip(np.round(128.0 + STEPS_PER_ROOT_SLOPE * root), 0, 255).astype(np.uint8)
     level = np.full((HEIGHT, WIDTH, 1), 128, dtype=np.uint8)

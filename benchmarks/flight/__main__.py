@@ -18,7 +18,16 @@ import msgspec
 import numpy as np
 import typer
 
-from benchmarks.flight.distant_earth import BELTS, DATES, Reflected, apparent_albedo, reflected
+from benchmarks.flight.distant_earth import (
+    BELTS,
+    DATES,
+    Box,
+    Reflected,
+    apparent_albedo,
+    noon_discs,
+    reflected,
+)
+from benchmarks.flight.low_orbit import FACES, FaceLight, cube_light
 from benchmarks.flight.moon_images import correlation, disc_reflectance, measured, rendered
 from benchmarks.record import write_record
 from benchmarks.truth.page import Record, page
@@ -44,14 +53,24 @@ reflected outside.
   99 W m-2 that the Earth reflects lie outside the bands) or 0.5 A (clear, an estimate; too little
   for deserts).
 
-Belts are means weighted by the sunlight of a year.
+Belts and parts of the Earth are means weighted by the sunlight of a year.
+
+**Full discs** are the whole Earth at noon over a longitude, each over the mean of the four. The
+truth takes every place for Lambertian, with its mean albedo.
+
+**Cube in low orbit.** The Earth's light on the faces of a cube at 400 km in an orbit of 51.6 deg,
+mean of an orbit, over that of a Lambertian Earth with CERES's mean albedo of each place; fifteen
+orbits on each date. The truth knows no weather of the day, no albedo that grows as the Sun sinks
+(simgl's light is 0.8 of it under a high Sun and twice it near the terminator, which cancels over
+an orbit) and no direction in which clouds and sea are brighter. The median should be near 1; the
+spread is half the range from 16 to 84 % of the orbits.
 
 **Earthshine.** p* is the light of the Earth over that of a white Lambertian globe at the same
 phase, from 400 to 700 nm, measured on the dark side of the Moon (Goode et al. 2001; Palle et al.
 2004).
 
-The Earth is seen from the distance of the Moon by cameras all around, on four dates. Its weather
-is that of one seed.
+The Earth is seen from the distance of the Moon by cameras all around, on four dates, each with the
+weather of a seed of its own.
 
 **The Moon.** Two images that imagers in geostationary orbit took of it (lunar observations of the
 Global Space-based Inter-Calibration System; EUMETSAT and JMA are acknowledged). The reflectance of
@@ -66,6 +85,26 @@ and of the lit disc alone. MTSAT-2 scanned with visible jumps from line to line.
 _BELOW, _ABOVE = 0.085, 0.295
 _PHASES = (30.0, 45.0, 60.0, 75.0, 90.0)
 _EARTHSHINE = 0.297
+# Longitudes of full discs [deg].
+DISCS = (-150.0, -60.0, 20.0, 110.0)
+# South, north, west and east edges [deg].
+PARTS: dict[str, Box] = {
+    "Congo": (-5.0, 5.0, 10.0, 30.0),
+    "Amazon": (-10.0, 0.0, -70.0, -50.0),
+    "Europe": (45.0, 55.0, 0.0, 30.0),
+    "Sahara": (15.0, 30.0, -5.0, 30.0),
+    "North Pacific": (40.0, 50.0, 160.0, 180.0),
+    "stratocumulus off Peru": (-25.0, -10.0, -90.0, -75.0),
+    "stratocumulus off Namibia": (-25.0, -10.0, -5.0, 10.0),
+    "South China": (20.0, 35.0, 105.0, 120.0),
+    "India": (10.0, 25.0, 75.0, 85.0),
+    "Indonesia": (-10.0, 5.0, 95.0, 140.0),
+    "trades of the Pacific": (-20.0, -10.0, -160.0, -110.0),
+    "trades of the Atlantic": (10.0, 20.0, -55.0, -30.0),
+    "Australia": (-30.0, -20.0, 120.0, 145.0),
+    "Southern Ocean": (-60.0, -50.0, -180.0, 180.0),
+    "Siberia": (50.0, 65.0, 60.0, 120.0),
+}
 
 
 def in_bands(broadband: Array, *, clear: bool) -> Array:
@@ -81,9 +120,8 @@ def in_bands(broadband: Array, *, clear: bool) -> Array:
     return np.asarray(result)
 
 
-def _belts(file: Path) -> Array:
-    """(6,) means over the sunlight of a year, from the south."""
-    albedo = np.loadtxt(file, delimiter=",").mean(axis=1)
+def _sunlight() -> Array:
+    """(180, 1) that a year brings to a degree of latitude, from the south, in any unit."""
     latitudes = np.radians(np.arange(-89.5, 90.0))
     declination = np.radians(23.44) * np.sin(np.radians(np.arange(360.0)))
     noon_to_set = np.arccos(np.clip(-np.outer(np.tan(latitudes), np.tan(declination)), -1.0, 1.0))
@@ -91,9 +129,30 @@ def _belts(file: Path) -> Array:
         noon_to_set * np.outer(np.sin(latitudes), np.sin(declination))
         + np.outer(np.cos(latitudes), np.cos(declination)) * np.sin(noon_to_set)
     ).mean(axis=1)
-    belt = np.digitize(np.degrees(latitudes), BELTS[1:-1])
-    weight = np.cos(latitudes) * sunlight
-    return np.bincount(belt, weight * albedo) / np.bincount(belt, weight)
+    return np.asarray(np.cos(latitudes) * sunlight)[:, None]
+
+
+def _mean_of(albedo: Array, box: Box) -> float:
+    """Of a map (180, 360), over the sunlight of a year in a part of the Earth."""
+    south, north, west, east = box
+    part = slice(round(south + 90.0), round(north + 90.0))
+    values = albedo[part, round(west + 180.0) : round(east + 180.0)].mean(axis=1)
+    return float(np.average(values, weights=_sunlight()[part, 0]))
+
+
+def _disc_truth(albedo: Array) -> Array:
+    """As ``noon_discs``, of a Lambertian Earth, mean over the year of the Sun's declinations."""
+    latitude = np.radians(np.arange(-89.5, 90.0))[:, None]
+    declination = np.radians(23.44) * np.sin(np.radians(np.arange(0.0, 360.0, 15.0)))
+    light = []
+    for east in DISCS:
+        turn = np.radians(np.arange(-179.5, 180.0) - east)
+        seen = np.maximum(np.cos(latitude) * np.cos(turn), 0.0)
+        lit = [
+            np.maximum(np.sin(latitude) * np.sin(d) + seen * np.cos(d), 0.0) for d in declination
+        ]
+        light.append((albedo * seen * np.mean(lit, axis=0) * np.cos(latitude)).sum())
+    return np.array(light) / np.mean(light)
 
 
 def _belt_rows(measured: Array, shown: Reflected, kind: str) -> list[Row]:
@@ -105,16 +164,67 @@ def _belt_rows(measured: Array, shown: Reflected, kind: str) -> list[Row]:
 def _albedo_table(truth: Path, all_sky: Reflected, clear: Reflected) -> Table:
     rows = []
     for kind, shown in ("all-sky", all_sky), ("clear-sky", clear):
-        broad = _belts(truth / f"ceres_2018_{kind.removesuffix('-sky')}_sky_1deg.csv")
-        rows += _belt_rows(in_bands(broad, clear=kind == "clear-sky"), shown, kind)
+        broad = _ceres(truth, kind)
+        belts = [_mean_of(broad, (south, north, -180.0, 180.0)) for south, north in pairwise(BELTS)]
+        rows += _belt_rows(in_bands(np.array(belts), clear=kind == "clear-sky"), shown, kind)
     rows += [
-        difference("all-sky, the Earth", 0.333, all_sky.over_bands(), 0.02),
-        difference("effect of clouds", 0.155, all_sky.over_bands() - clear.over_bands(), 0.03),
+        difference("all-sky, the Earth", 0.333, all_sky.of_all, 0.02),
+        difference("effect of clouds", 0.155, all_sky.of_all - clear.of_all, 0.03),
     ]
     return Table(
         title="Albedo",
         reference="CERES, mean of 2018, made in-band",
         quantity="share of the sunlight from 400 to 1000 nm that is reflected",
+        error="difference",
+        rows=rows,
+    )
+
+
+def _ceres(truth: Path, kind: str) -> Array:
+    """(180, 360) broadband albedo from the south pole and 180 deg west on."""
+    name = f"ceres_2018_{kind.removesuffix('-sky')}_sky_1deg.csv"
+    return np.loadtxt(truth / name, delimiter=",")
+
+
+def _parts_table(albedo: Array, all_sky: Reflected) -> Table:
+    """albedo : as ``_ceres``, in-band"""
+    return Table(
+        title="Albedo of parts of the Earth, all-sky",
+        reference="CERES, mean of 2018, made in-band",
+        quantity="share of the sunlight from 400 to 1000 nm that is reflected",
+        error="difference",
+        rows=[
+            difference(name, _mean_of(albedo, box), all_sky.of(box), 0.04)
+            for name, box in PARTS.items()
+        ],
+    )
+
+
+def _discs_table(albedo: Array, shown: Array) -> Table:
+    """albedo : as ``_ceres``, in-band; shown : as ``noon_discs``"""
+    rows = zip(DISCS, _disc_truth(albedo), shown, strict=True)
+    return Table(
+        title="Full discs at noon",
+        reference="CERES, mean of 2018, made in-band, Lambertian",
+        quantity="light of the disc, 400 to 1000 nm, over the mean of the four",
+        error="difference",
+        rows=[
+            difference(f"over {abs(east):.0f} deg {'W' if east < 0 else 'E'}", t, s, 0.03)
+            for east, t, s in rows
+        ],
+    )
+
+
+def _cube_table(light: FaceLight) -> Table:
+    rows = []
+    for name, ratios in zip(FACES, light.ratios.T, strict=True):
+        low, middle, high = np.percentile(ratios, (16.0, 50.0, 84.0))
+        rows.append(difference(f"{name}, median", 1.0, float(middle), 0.1))
+        rows.append(difference(f"{name}, spread", 0.0, float(0.5 * (high - low)), 0.1))
+    return Table(
+        title="Cube in low orbit",
+        reference="Lambertian Earth of CERES's mean albedos of 2018, made in-band",
+        quantity="mean irradiance of an orbit, 400 to 1000 nm, over that of the truth",
         error="difference",
         rows=rows,
     )
@@ -206,11 +316,17 @@ def main(
     with temporary_context() as gl:
         all_sky = reflected(gl, clouds={}, views=views, hours=hours)
         clear = reflected(gl, clouds=clear_day, views=views, hours=hours)
-        shine = apparent_albedo(gl, phases=_PHASES, clouds={}, hours=2 * hours)
+        shine = apparent_albedo(gl, phases=_PHASES, hours=2 * hours)
+        albedo = in_bands(_ceres(truth, "all-sky"), clear=False)
+        discs = noon_discs(gl, DISCS)
+        on_cube = cube_light(gl, albedo)
         of_moon = moon_tables(gl, truth)
     tables = [
         _albedo_table(truth, all_sky, clear),
-        _earthshine_table(_over_visible(shine, all_sky.received.sum(axis=0))),
+        _parts_table(albedo, all_sky),
+        _discs_table(albedo, discs),
+        _cube_table(on_cube),
+        _earthshine_table(_over_visible(shine, all_sky.received.sum(axis=(0, 1)))),
         *of_moon,
     ]
     minutes = (time.monotonic() - start) / 60.0

@@ -1,4 +1,4 @@
-"""The Earth from as far as the Moon: how much of the sunlight it reflects, by belts and by phase.
+"""The Earth from as far as the Moon: how much of the sunlight it reflects, by place and by phase.
 
 A pixel of a distant camera holds the radiance L of a patch of projected area D^2 dw, dw being its
 solid angle. Summed over cameras all around, the flux of a patch is the sum of L D^2 dw times the
@@ -9,12 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import moderngl
 import numpy as np
 
-from simgl.arrays import Array, Array32
+from simgl.arrays import Array, Array32, IndexArray, Mask
 from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS, WGS84_POLAR_RADIUS
 from simgl.physics.ephemeris import itrf_from_icrf, sun_position, tai_ns_from_utc
 from simgl.scenario.loader import scenario_from_dict
@@ -26,6 +27,8 @@ from simgl.simulator import Product, Simulator
 DISTANCE = 384.4e6
 # Edges of belts of latitude from the south [deg].
 BELTS = (-90.0, -60.0, -30.0, 0.0, 30.0, 60.0, 90.0)
+# Edge of the cells of latitude and longitude in which light is added up [deg].
+CELL = 5.0
 DATES = ("2018-03-20", "2018-06-21", "2018-09-23", "2018-12-21")
 
 _SIZE = 160
@@ -34,29 +37,54 @@ _FIELD = 0.0344
 _SEMI_AXES = np.array([WGS84_EQUATORIAL_RADIUS, WGS84_EQUATORIAL_RADIUS, WGS84_POLAR_RADIUS])
 
 
+# South, north, west and east edge of a part of the Earth [deg].
+Box = tuple[float, float, float, float]
+
+_SHAPE = round(180.0 / CELL), round(360.0 / CELL)
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Reflected:
-    """Means over epochs: what belts receive and send back [W], per band.
+    """Means over epochs: what cells receive and send back [W], per band.
 
-    received, sent : (6, 4)
+    received, sent : (36, 72, 4) from the south pole and 180 deg west on
     """
 
     received: Array
     sent: Array
 
-    @property
-    def albedo(self) -> Array:
-        """(6, 4) of each belt and band."""
-        return self.sent / self.received
-
-    def over_bands(self, belts: slice = slice(None)) -> float:
-        """Share of all that some belts receive from 400 to 1000 nm."""
-        return float(self.sent[belts].sum() / self.received[belts].sum())
+    def of(self, box: Box) -> float:
+        """Share of all that a part receives from 400 to 1000 nm."""
+        south, north, west, east = box
+        rows = slice(round((south + 90.0) / CELL), round((north + 90.0) / CELL))
+        columns = slice(round((west + 180.0) / CELL), round((east + 180.0) / CELL))
+        return float(self.sent[rows, columns].sum() / self.received[rows, columns].sum())
 
     @property
     def of_belts(self) -> Array:
         """(6,) the same of each belt."""
-        return self.sent.sum(axis=1) / self.received.sum(axis=1)
+        return np.array(
+            [self.of((south, north, -180.0, 180.0)) for south, north in pairwise(BELTS)]
+        )
+
+    @property
+    def of_all(self) -> float:
+        """The same of the Earth."""
+        return self.of((-90.0, 90.0, -180.0, 180.0))
+
+
+def _cell(latitude: Array, longitude: Array) -> IndexArray:
+    """Index among all cells, of geodetic places [rad]."""
+    row = np.clip(np.degrees(latitude) + 90.0, 0.0, 179.99) // CELL
+    column = (np.degrees(longitude) + 180.0) % 360.0 // CELL
+    return np.asarray(row * _SHAPE[1] + column).astype(np.intp).ravel()
+
+
+def _over_cells(cell: IndexArray, values: Array) -> Array:
+    """(36, 72, 4) sums of values (..., 4)."""
+    flat = values.reshape(-1, 4).T
+    size = _SHAPE[0] * _SHAPE[1]
+    return np.stack([np.bincount(cell, band, size).reshape(_SHAPE) for band in flat], axis=-1)
 
 
 def sphere_directions(count: int) -> Array:
@@ -82,12 +110,10 @@ def distant_camera(direction: Array) -> dict[str, Any]:
     }
 
 
-def earth_scenario(directions: Sequence[Array], clouds: dict[str, Any] | None) -> Scenario:
+def earth_scenario(directions: Sequence[Array], clouds: dict[str, Any]) -> Scenario:
     """The Earth alone before cameras "0", "1", ... ; clouds : table of the scenario."""
     cameras = {str(i): distant_camera(direction) for i, direction in enumerate(directions)}
-    earth: dict[str, Any] = {"moonlight": False, "airglow": False}
-    if clouds is not None:
-        earth |= {"clouds": clouds}
+    earth: dict[str, Any] = {"moonlight": False, "airglow": False, "clouds": clouds}
     data = {"epoch": {"utc": f"{DATES[0]}T00:00:00"}, "earth": earth, "camera": cameras}
     return scenario_from_dict(data | {"sky": {"stars": False}})
 
@@ -105,8 +131,9 @@ def pixel_solid_angles() -> Array:
     return np.asarray(pixel / (1.0 + tangent[:, None] ** 2 + tangent**2) ** 1.5)
 
 
-def pixel_latitudes(direction: Array, tai_ns: int) -> Array:
-    """(size, size) geodetic latitude where pixels see the Earth, or pass it nearest [rad].
+def pixel_places(direction: Array, tai_ns: int) -> tuple[Array, Array]:
+    """(size, size) geodetic latitude and longitude where pixels see the Earth, or pass it nearest
+    [rad].
 
     direction : (3,) to the camera, ICRF
     """
@@ -118,20 +145,33 @@ def pixel_latitudes(direction: Array, tai_ns: int) -> Array:
     tangent = (np.arange(_SIZE) + 0.5 - _SIZE / 2) * 2.0 * np.tan(0.5 * _FIELD) / _SIZE
     ray = forward + tangent[None, :, None] * right - tangent[:, None, None] * up
     R = itrf_from_icrf(tai_ns)
-    start, ray = R @ (DISTANCE * direction) / _SEMI_AXES, ray @ R.T / _SEMI_AXES
+    normal, _ = ground_normals(R @ (DISTANCE * direction), ray @ R.T)
+    return np.arctan2(normal[..., 2], np.hypot(normal[..., 0], normal[..., 1])), np.arctan2(
+        normal[..., 1], normal[..., 0]
+    )
+
+
+def ground_normals(position: Array, rays: Array) -> tuple[Array, Mask]:
+    """(..., 3) normals where rays meet the ellipsoid, or pass it nearest, and which meet it; ITRF.
+
+    position : (3,) of the camera [m]
+    """
+    start, ray = position / _SEMI_AXES, rays / _SEMI_AXES
     a, b, c = (ray**2).sum(-1), ray @ start, start @ start - 1.0
-    t = (-b - np.sqrt(np.maximum(b**2 - a * c, 0.0))) / a
+    discriminant = b**2 - a * c
+    t = (-b - np.sqrt(np.maximum(discriminant, 0.0))) / a
     normal = (start + t[..., None] * ray) / _SEMI_AXES
-    return np.arctan2(normal[..., 2], np.hypot(normal[..., 0], normal[..., 1]))
+    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    return normal, (discriminant > 0.0) & (b < 0.0)
 
 
-def received_by_belts(tai_ns: int, irradiance: Array) -> Array:
-    """(6, 4) sunlight on belts [W]; irradiance : (4,) at the Earth [W m-2]."""
+def received_by_cells(tai_ns: int, irradiance: Array) -> Array:
+    """(36, 72, 4) sunlight on cells [W]; irradiance : (4,) at the Earth [W m-2]."""
     steps = 720
     latitude = (np.arange(steps // 2) + 0.5) * 2.0 * np.pi / steps - 0.5 * np.pi
     sun = sun_position(tai_ns)
     sun = itrf_from_icrf(tai_ns) @ (sun / np.linalg.norm(sun))
-    longitude = np.arange(steps) * 2.0 * np.pi / steps
+    longitude = (np.arange(steps) + 0.5) * 2.0 * np.pi / steps - np.pi
     mu = (
         np.cos(latitude)[:, None]
         * np.cos(longitude - np.arctan2(sun[1], sun[0]))
@@ -141,9 +181,9 @@ def received_by_belts(tai_ns: int, irradiance: Array) -> Array:
     # Of an ellipsoid's area per geodetic latitude and longitude.
     e2 = 1.0 - (WGS84_POLAR_RADIUS / WGS84_EQUATORIAL_RADIUS) ** 2
     area = WGS84_POLAR_RADIUS**2 * np.cos(latitude) / (1.0 - e2 * np.sin(latitude) ** 2) ** 2
-    lit = np.maximum(mu, 0.0).sum(axis=1) * area * (2.0 * np.pi / steps) ** 2
-    belt = np.digitize(np.degrees(latitude), BELTS[1:-1])
-    return np.outer(np.bincount(belt, lit, len(BELTS) - 1), irradiance)
+    lit = np.maximum(mu, 0.0) * area[:, None] * (2.0 * np.pi / steps) ** 2
+    cell = _cell(*np.meshgrid(latitude, longitude, indexing="ij"))
+    return _over_cells(cell, lit[..., None] * irradiance)
 
 
 def _frames(
@@ -158,36 +198,53 @@ def _frames(
 
 
 def reflected(
-    ctx: moderngl.Context, *, clouds: dict[str, Any] | None, views: int = 48, hours: int = 4
+    ctx: moderngl.Context, *, clouds: dict[str, Any], views: int = 48, hours: int = 4
 ) -> Reflected:
-    """Means over four dates and some times of day."""
+    """Means over four dates, each with the weather of a seed of its own, and some times of day."""
     directions = sphere_directions(views)
-    scenario = earth_scenario(list(directions), clouds)
-    epochs = times_of_day(DATES, hours)
-    solid = pixel_solid_angles() * DISTANCE**2 * 4.0 * np.pi / views
-    sent = np.zeros((len(BELTS) - 1, 4))
+    solid = pixel_solid_angles()[..., None] * DISTANCE**2 * 4.0 * np.pi / views
+    sent = np.zeros((*_SHAPE, 4))
     received = np.zeros_like(sent)
-    with Simulator(scenario, ctx) as simulator:
-        for epoch, state, i, radiance in _frames(simulator, scenario, epochs):
-            if i == 0:
-                received += received_by_belts(epoch, state.sun.seen_from(np.zeros(3)).irradiance)
-            belt = np.digitize(np.degrees(pixel_latitudes(directions[i], epoch)), BELTS[1:-1])
-            for band in range(4):
-                sent[:, band] += np.bincount(
-                    belt.ravel(), (solid * radiance[..., band]).ravel(), len(BELTS) - 1
-                )
-    return Reflected(received=received / len(epochs), sent=sent / len(epochs))
+    for seed, date in enumerate(DATES):
+        scenario = earth_scenario(list(directions), clouds | {"seed": seed})
+        with Simulator(scenario, ctx) as simulator:
+            for epoch, state, i, radiance in _frames(
+                simulator, scenario, times_of_day([date], hours)
+            ):
+                if i == 0:
+                    sunlight = state.sun.seen_from(np.zeros(3)).irradiance
+                    received += received_by_cells(epoch, sunlight)
+                sent += _over_cells(_cell(*pixel_places(directions[i], epoch)), solid * radiance)
+    count = len(DATES) * hours
+    return Reflected(received=received / count, sent=sent / count)
+
+
+def noon_discs(ctx: moderngl.Context, longitudes: Sequence[float]) -> Array:
+    """(longitudes,) light of the full Earth over a longitude [deg] at its noon, relative to the
+    mean of them, in all bands; mean over the dates, as in ``reflected``."""
+    solid = pixel_solid_angles()
+    light = np.zeros(len(longitudes))
+    for seed, date in enumerate(DATES):
+        start = tai_ns_from_utc(f"{date}T00:00:00")
+        for k, east in enumerate(longitudes):
+            epoch = start + round((12.0 - east / 15.0) % 24.0 * 3600e9)
+            above = np.array([np.cos(np.radians(east)), np.sin(np.radians(east)), 0.0])
+            scenario = earth_scenario([itrf_from_icrf(epoch).T @ above], {"seed": seed})
+            with Simulator(scenario, ctx) as simulator:
+                for _, _, _, radiance in _frames(simulator, scenario, [epoch]):
+                    light[k] += np.einsum("yxb,yx->", radiance, solid)
+    return light / light.mean()
 
 
 def apparent_albedo(
     ctx: moderngl.Context,
     *,
     phases: Sequence[float],
-    clouds: dict[str, Any] | None,
     hours: int = 12,
     dates: Sequence[str] = DATES,
 ) -> Array:
-    """(phases, epochs, 4) p* as earthshine is reduced (Goode et al. 2001, eq. 4).
+    """(phases, epochs, 4) p* as earthshine is reduced (Goode et al. 2001, eq. 4), with the weather
+    of a seed for each date.
 
     The Earth's light towards the camera over that of a Lambert sphere of albedo 1 and its mean
     radius at the same phase [deg].
@@ -202,7 +259,7 @@ def apparent_albedo(
         across /= np.linalg.norm(across)
         a = np.radians(np.asarray(phases))[:, None]
         directions = np.cos(a) * sun + np.sin(a) * across
-        scenario = earth_scenario(list(directions), clouds)
+        scenario = earth_scenario(list(directions), {"seed": k // hours})
         with Simulator(scenario, ctx) as simulator:
             for _, state, i, radiance in _frames(simulator, scenario, [epoch]):
                 alpha = np.radians(phases[i])

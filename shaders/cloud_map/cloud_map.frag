@@ -3,8 +3,9 @@
 // Clouds follow a climate drawn by hand after satellite means (ISCCP, MODIS): storms with anvils in a
 // belt near the equator, clear subtropics with cumulus, storm tracks with fronts wound into commas and
 // open cells in the cold air behind them, decks of stratocumulus west of the continents, few clouds over
-// deserts. Where clouds are shallow, their cover is even over hundreds of kilometres, and what they are
-// made of shows. `cover_shift` brings their mean to the wanted cover.
+// deserts. What the albedo by that lacks, a coarse map adds. Where clouds are shallow, their cover is
+// even over hundreds of kilometres, and what they are made of shows. `cover_shift` brings their mean to
+// the wanted cover.
 #include "common/constants.glsl"
 #include "block/weather"
 #include "planet/cloud.glsl"
@@ -13,8 +14,9 @@
 uniform sampler2D swirls;    // where the air of a place came from, ITRF unit vector
 uniform sampler2D commas;    // of depressions: deep cloud, cold air, ice cloud
 uniform sampler2D anvils;    // of storms: ice blown off towers, the towers
+uniform sampler2D amounts;   // what a place has more than the climate below
 uniform sampler2D land_map;  // square roots of reflectance
-uniform sampler2D form_map;  // slopes, shore, lights
+uniform sampler2D shore_map; // distance to the shore
 
 out vec4 weather;   // share of cloud, thickness code, thin high cloud, kind (planet/puffs.glsl)
 
@@ -61,7 +63,7 @@ void main() {
 
     vec4 land = textureLod(land_map, uv, 4.0);
     land *= land;
-    float on_land = step(textureLod(form_map, uv, 0.0).b, 0.5);
+    float on_land = step(textureLod(shore_map, uv, 0.0).r, 0.5);
     float desert = on_land * clamp((land.r - land.b - 0.06) * 6.5, 0.0, 1.0);
 
     float deck = 0.0;
@@ -97,7 +99,7 @@ void main() {
     value = mix(value, 0.25 * synoptic + 0.12 - 0.34 * on_land + fine, cumulus);
     value = mix(value, 0.2 * synoptic + 0.03 + fine, cold * (1.0 - polar));
     value = mix(value, 0.25 * synoptic + 0.22 + fine, decked);
-    value += 0.45 * front + 0.6 * anvil.r + cover_shift;
+    value += 0.45 * front + 0.6 * anvil.r + textureLod(amounts, uv, 0.0).r + cover_shift;
     // Spread like the noise that will break it up: a texel is then no hole of its own shape in a deck,
     // as it would be beside a share that ends at 1.
     float cover = normal_share(value / 0.133);

@@ -12,7 +12,7 @@
 #include "planet/cloud.glsl"
 #include "planet/puffs.glsl"
 
-uniform sampler2D form_map;      // slopes to the east and north, shore, night lights
+uniform sampler2D shore_map;     // distance to the shore
 uniform sampler2D weather_map;   // share of cloud, thickness code, thin high cloud, kind
 #endif
 
@@ -51,9 +51,9 @@ void main() {
     vec2 on_map = vec2(atan(n.y, n.x) / (2.0 * PI) + 0.5, 0.5 - atan(n.z, max(length(n.xy), 1e-4)) / PI);
     float footprint = planet_km * t / (intrinsics.x * sqrt(max(cosine, 0.05)));
     vec2 levels = log2(footprint / vec2(map_texel_km, chart_texel_km));
-    vec4 form = textureLod(form_map, on_map, levels.x - map_halvings.y);
+    float shore = textureLod(shore_map, on_map, levels.x - map_halvings.z).r;
     float across_km = clamp(footprint, 0.4, 42.0);
-    land = clamp(0.5 - (form.z - 128.0 / 255.0) * (255.0 / 6.0) / across_km, 0.0, 1.0);
+    land = clamp(0.5 - (shore - 128.0 / 255.0) * (255.0 / 6.0) / across_km, 0.0, 1.0);
 #endif
     float temperature = ground_temperature(n, land);
     if (on_earth > 0.0) {
@@ -61,7 +61,7 @@ void main() {
         vec2 below = mix(black_body(temperature - air_colder), black_body(temperature), to_space);
 #ifdef EARTH_MAPS
         // Clouds absorb half of what they scatter in visible light.
-        vec4 weather = textureLod(weather_map, on_map, levels.x - map_halvings.z);
+        vec4 weather = textureLod(weather_map, on_map, levels.x - weather_halvings);
         float halving = chart_level(max(levels.y, 0.0));
         vec4 kinds = cloud_kinds(weather.w), shares = kinds * kinds;
         float noise = clouds_noise(spot_on(on_map, n), halving, kinds);

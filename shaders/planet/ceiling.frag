@@ -53,7 +53,7 @@ void main() {
     levels.y = chart_level(max(levels.y, 0.0));
     float resolved_fibres = chart_variance[int(levels.y)].y;
     Spot spot = spot_at(n, place_on_map(n));
-    vec4 weather = textureLod(weather_map, spot.on_map, levels.x - map_halvings.z);
+    vec4 weather = textureLod(weather_map, spot.on_map, levels.x - weather_halvings);
     vec4 kinds = cloud_kinds(weather.w);
     float noise = clouds_noise(spot, levels.y, kinds);
     vec4 shares = kinds * kinds;

@@ -24,7 +24,13 @@
 
 #ifndef SEA
 uniform sampler2D land_map;   // square roots of reflectance R, G, B, N
-uniform sampler2D form_map;   // slopes to the east and north, shore, night lights
+uniform sampler2D form_map;   // slopes to the east and north
+#ifndef LAND
+uniform sampler2D shore_map;  // distance to the shore
+#endif
+#ifdef NIGHT
+uniform sampler2D lamp_map;   // lights at night
+#endif
 #endif
 #if defined(BANDS) && defined(EARTH_MAPS)
 #ifndef SEA
@@ -46,7 +52,7 @@ const float LARGEST_SHORE_KM = 42.0;
 // halving for it is even over a tile, whose corners alone may be asked.
 const float AROUND_KM = 16.0;
 const float AROUND_LEVEL = 4.0;
-const vec3 ZERO_CODE = vec3(128.0 / 255.0);
+const float ZERO_CODE = 128.0 / 255.0;
 // Mean of max(1 - 3 |g|, 0) for a normal g: 2 phi(0) (1/3 - 1/6) to first order.
 const float BED_MEAN = 0.131;
 
@@ -88,7 +94,7 @@ float cosine_on_clouds(Place here) {
 }
 
 Clouds clouds_at(Place here) {
-    float level = here.levels.x - map_halvings.z;
+    float level = here.levels.x - weather_halvings;
     vec4 shading = textureLod(weather_map, here.shade.on_map, level);
     vec4 weather = textureLod(weather_map, here.cloud.on_map, level);
     float thickness = cloud_thickness(weather.y);
@@ -188,8 +194,8 @@ vec4 brighter(vec4 around) {
 
 #ifndef SEA
 // Slopes of the map to the east and north; codes are their roots.
-vec2 mapped_slope(vec4 form) {
-    vec2 root = (form.xy - ZERO_CODE.xy) * ROOT_SLOPE_STEP;
+vec2 mapped_slope(vec2 form) {
+    vec2 root = (form - ZERO_CODE) * ROOT_SLOPE_STEP;
     return root * abs(root);
 }
 
@@ -258,8 +264,7 @@ Land land_at(Place here) {
 #ifdef RELIEF_AT_CORNERS
     vec2 slope = here.slope;
 #else
-    vec4 form = textureLod(form_map, frayed, here.levels.x - map_halvings.y);
-    vec2 slope = mapped_slope(form);
+    vec2 slope = mapped_slope(textureLod(form_map, frayed, here.levels.x - map_halvings.y).rg);
 #endif
     vec4 land = textureLod(land_map, frayed, level);
 
@@ -281,9 +286,12 @@ Land land_at(Place here) {
     land = with_snow(land, growth, kind, here.ground.on_map, length(slope), noise.z);
 #endif
     seen.reflectance = land;
-#ifndef RELIEF_AT_CORNERS
-    seen.shore_km = (form.z - ZERO_CODE.z) * SHORE_KM + 0.4 * grain;
-    seen.lamps = form.w;
+#ifndef LAND
+    float shore = textureLod(shore_map, frayed, here.levels.x - map_halvings.z).r;
+    seen.shore_km = (shore - ZERO_CODE) * SHORE_KM + 0.4 * grain;
+#endif
+#ifdef NIGHT
+    seen.lamps = textureLod(lamp_map, frayed, here.levels.x - map_halvings.w).r;
     // By half a kilometre for a slope of 1, along meridians as along parallels.
     seen.lamps_at = here.ground.on_map + 0.6 * here.fray * hills.yx;
     // Roads run where a slope turns. For slopes of variance v the mean of exp(-20 slope^2) is

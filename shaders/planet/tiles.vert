@@ -25,7 +25,7 @@ void main() {
 #endif
     light = air.light;
 #ifdef RELIEF_AT_CORNERS
-    place.slope = mapped_slope(textureLod(form_map, place.ground.on_map, place.levels.x - map_halvings.y));
+    place.slope = mapped_slope(textureLod(form_map, place.ground.on_map, place.levels.x - map_halvings.y).rg);
 #endif
 #ifdef SEA_AT_CORNERS
     sea = sea_at(place);

@@ -12,11 +12,18 @@ from pathlib import Path
 
 import msgspec
 
+from simgl.arrays import Image8
 from simgl.bench.results import TableResult
 from simgl.gpu.context import temporary_context
 from simgl.passes.background.air_tables import ORDERS, AirKind, make_tables
 from simgl.passes.background.cloud_map import noise_texture, weather_codes
-from simgl.passes.background.earth_maps import ground_textures, make_form_map, make_land_map
+from simgl.passes.background.earth_maps import (
+    ground_textures,
+    make_form_map,
+    make_lamp_map,
+    make_land_map,
+    make_shore_map,
+)
 from simgl.physics.atmosphere import STANDARD
 from simgl.scene.earth import Clouds, Earth
 from simgl.scene.noise_projection import make_chart
@@ -47,11 +54,12 @@ def earth_tables() -> list[TableResult]:
         for texture in ground:
             texture.release()
         note("noise of clouds and hills", lambda: 2 * sum(c.nbytes for c in make_chart(0)[0]))
-        note(
-            "maps",
-            lambda: (make_land_map(None).nbytes + make_form_map(None, None).nbytes) * 4 // 3,
-        )
+        note("maps", lambda: sum(codes.nbytes for codes in _made_maps()) * 4 // 3)
     return results
+
+
+def _made_maps() -> list[Image8]:
+    return [make_land_map(None), make_form_map(), make_shore_map(None), make_lamp_map(None)]
 
 
 def main() -> None:

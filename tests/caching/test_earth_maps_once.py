@@ -15,7 +15,7 @@ from PIL import Image
 from simgl import assets
 from simgl.disk_cache import cache_folder
 from simgl.passes.background import cloud_map, earth_maps, earth_textures
-from simgl.passes.background.earth_textures import EarthTextures
+from simgl.passes.background.earth_textures import SAMPLERS, EarthTextures
 from simgl.scene import noise_projection
 from simgl.scene.earth import Clouds, Earth, EarthMaps, load_map
 from simgl.scene.noise_projection import LEVELS, SIZE
@@ -42,7 +42,9 @@ def start(gl: moderngl.Context, tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
         monkeypatch.setattr(module, name, compute)
 
     stand_in(earth_maps, "make_land_map", code)
-    stand_in(earth_maps, "make_form_map", code + 1)
+    stand_in(earth_maps, "make_form_map", code[..., :2] + 1)
+    stand_in(earth_maps, "make_shore_map", code[..., :1] + 1)
+    stand_in(earth_maps, "make_lamp_map", code[..., :1] + 1)
     stand_in(earth_maps, "make_shores", (np.zeros((257, 513), dtype=np.int64),) * 2)
     stand_in(cloud_map, "noise_volume", np.zeros((128, 128, 128, 4), dtype=np.uint8))
     stand_in(cloud_map, "weather_codes", code + 2)
@@ -55,7 +57,7 @@ def start(gl: moderngl.Context, tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
         textures = EarthTextures(gl)
         try:
             made = textures.of(earth)
-            weather = made[2].read()[:1]
+            weather = made[SAMPLERS.index("weather_map")].read()[:1]
         finally:
             textures.release()
         # Of no clouds, nothing.
@@ -70,11 +72,22 @@ def _forget() -> None:
     """What this process keeps in memory."""
     earth_maps._land_maps.clear()
     earth_maps._form_maps.clear()
+    earth_maps._shore_maps.clear()
+    earth_maps._lamp_maps.clear()
     earth_textures._weather.clear()
     noise_projection.chart.cache_clear()
 
 
-ALL = ["make_chart", "make_form_map", "make_land_map", "make_shores", "noise_volume"]
+ALL = [
+    "make_chart",
+    "make_form_map",
+    "make_lamp_map",
+    "make_land_map",
+    "make_shore_map",
+    "make_shores",
+    "noise_volume",
+]
+WEATHER = ["noise_volume", "weather_codes"]
 CLOUDY = Earth(clouds=Clouds(seed=3))
 
 
@@ -85,7 +98,7 @@ def test_a_second_start_computes_nothing(start: Start) -> None:
 
 def test_another_weather_computes_the_weather_alone(start: Start) -> None:
     start(CLOUDY)
-    assert start(Earth(clouds=Clouds(seed=3, cover=0.2))) == ["noise_volume", "weather_codes"]
+    assert start(Earth(clouds=Clouds(seed=3, cover=0.2))) == WEATHER
     # Their shadows alone depend on the height.
     assert start(Earth(clouds=Clouds(seed=3, height=7e3))) == []
     assert start(Earth()) == ["make_chart"]
@@ -103,18 +116,19 @@ def test_a_changed_shader_draws_the_weather_again(
     assert start(CLOUDY) == []
     with (shaders / changed).open("a") as file:
         file.write("// changed\n")
-    assert start(CLOUDY) == ["noise_volume", "weather_codes"]
+    assert start(CLOUDY) == WEATHER
 
 
 @pytest.mark.parametrize(
     ("changed", "computed"),
     [
-        ("land_nir.jpg", ["make_land_map"]),
-        ("relief.webp", ["make_form_map", "make_shores"]),
-        ("night.jpg", ["make_form_map", "make_shores"]),
+        ("land_nir.jpg", ["make_land_map", *WEATHER]),
+        ("shore.webp", ["make_shore_map", "make_shores", *WEATHER]),
+        ("relief.webp", ["make_form_map"]),
+        ("night.jpg", ["make_lamp_map"]),
     ],
 )
-def test_changed_data_is_read_again_with_the_weather_over_it(
+def test_changed_data_is_read_again_with_the_weather_that_depends_on_it(
     start: Start, changed: str, computed: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     start(CLOUDY)
@@ -124,7 +138,7 @@ def test_changed_data_is_read_again_with_the_weather_over_it(
     assert start(CLOUDY) == []
     with (data / "earth" / changed).open("ab") as file:
         file.write(b" ")
-    assert start(CLOUDY) == [*computed, "noise_volume", "weather_codes"]
+    assert start(CLOUDY) == computed
 
 
 def test_an_image_counts_by_its_content(start: Start, tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from PIL import Image
 from scipy.ndimage import map_coordinates
 
 from simgl.passes.background.cloud_map import noise_texture, weather_codes
-from simgl.passes.background.earth_maps import HEIGHT, WIDTH, form_map, ground_textures, land_map
+from simgl.passes.background.earth_maps import ground_textures, land_map, shore_map
 from simgl.physics.ephemeris import itrf_from_icrf, tai_ns_from_utc
 from simgl.scene.earth import Clouds, EarthMaps
 from tests.scenes import radiance, scene
@@ -74,11 +74,12 @@ def tilted_sun(place: tuple[float, float], zenith: float, azimuth: float) -> Arr
 
 
 def test_the_maps_have_the_means_that_the_documentation_states() -> None:
-    rows = np.cos(np.radians(90.0 - (np.arange(HEIGHT) + 0.5) * 180.0 / HEIGHT))[:, None]
-    is_land = form_map(None, None)[..., 2] < 128
+    is_land = shore_map(None)[::3, ::3, 0] < 128
+    height, width = is_land.shape
+    rows = np.cos(np.radians(90.0 - (np.arange(height) + 0.5) * 180.0 / height))[:, None]
     weights = rows * is_land
     # Land, with lakes counted as water, is 28.7 % of the Earth (29.2 % less 0.5 % of lakes).
-    assert weights.sum() / (rows.sum() * WIDTH) == pytest.approx(0.287, abs=0.005)
+    assert weights.sum() / (rows.sum() * width) == pytest.approx(0.287, abs=0.005)
     reflectance = (land_map(None)[::2, ::2] / np.float32(255.0)) ** 2
     weights = on_map_of(reflectance, weights)
     mean = [np.average(reflectance[..., band], weights=weights) for band in range(4)]
@@ -130,7 +131,7 @@ CAPES = {
 
 def test_shores_stand_where_lighthouses_do() -> None:
     """Tips of capes, which texels of 4.9 km round off: within half of one, 1.2 km in the mean."""
-    shore = form_map(None, None)[..., 2]
+    shore = shore_map(None)[..., 0]
     places = np.transpose([texel_at(*cape, shape=shore.shape) for cape in CAPES.values()])
     km = (map_coordinates(shore, places, order=1, output=np.float32) - 128.0) / 6.0
     assert np.abs(km).max() < 2.45
@@ -153,7 +154,7 @@ def test_shores_stand_where_lighthouses_do() -> None:
     }.items(),
 )
 def test_lakes_and_broad_rivers_are_water(name: str, place: tuple[float, float]) -> None:
-    shore = form_map(None, None)[..., 2]
+    shore = shore_map(None)[..., 0]
     row, column = texel_at(*place, shape=shore.shape)
     assert map_coordinates(shore, [[row], [column]], order=1, output=np.float32)[0] > 128.0, name
 
@@ -182,7 +183,8 @@ def test_cities_shine_at_night_and_nothing_else_does(gl: moderngl.Context) -> No
     # 10 to 200 nW cm-2 sr-1 is what satellites see of cities (Elvidge et al. 2017).
     assert 1e-4 < total.mean() < 2e-3
     day = looking_down(gl, (45.46, 9.19), -night, CLEAR, width=40.0)
-    assert day.sum(axis=2).min() > 1e3 * total.max()
+    # Not lakes near by, which are as dark by day as lamps would be at night.
+    assert (day.sum(axis=2) > 1e3 * total).all()
 
 
 def test_towns_are_points_that_leave_the_map_its_light(

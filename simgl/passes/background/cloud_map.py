@@ -16,7 +16,13 @@ from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import release_all
 from simgl.gpu.render_targets import Format, ImageTarget
 from simgl.gpu.uniform_blocks import Block
-from simgl.passes.background.earth_maps import MADE_BY, form_inputs, land_inputs, map_once
+from simgl.passes.background.earth_maps import (
+    MADE_BY,
+    digest_of,
+    land_inputs,
+    map_once,
+    shore_inputs,
+)
 from simgl.scene.cyclones import DECKS, anvils, commas, seed_shift, swirls
 from simgl.scene.earth import Clouds, EarthMaps, MapImage
 from simgl.scene.noise_volume import SIZE, noise_volume
@@ -27,6 +33,8 @@ THICKEST = 100.0
 _SMALL = (512, 256)
 
 _SHADER = "cloud_map/cloud_map"
+_FIELDS = ("swirls", "commas", "anvils", "amounts")
+_AMOUNTS = "cloud_amounts.csv"
 _WEATHER = Block(
     "Weather",
     16,
@@ -48,6 +56,15 @@ def noise_texture(ctx: moderngl.Context, seed: int) -> moderngl.Texture3D:
     texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
     texture.repeat_x = texture.repeat_y = texture.repeat_z = True
     return texture
+
+
+def cloud_amounts() -> Array32:
+    """(18, 36) what is added to the climate's clouds from the north and 180 deg west on.
+
+    In its unit 0.13 is one standard deviation of the noise that breaks clouds up
+    (``tools/cloud_amounts.py``).
+    """
+    return np.loadtxt(assets.data() / "earth" / _AMOUNTS, delimiter=",", dtype=np.float32)
 
 
 def weather_map(
@@ -82,7 +99,7 @@ def _source(
     """The modules that draw the weather, and all else that it depends on."""
     shader = assemble(assets.shaders(), f"{_SHADER}.frag", None, {_WEATHER.include: _WEATHER.glsl})
     driver = ctx.info["GL_RENDERER"], ctx.info["GL_VERSION"]
-    of_ground = land_inputs(maps.land), form_inputs(maps.water, maps.night)
+    of_ground = land_inputs(maps.land), shore_inputs(maps.water), digest_of(None, _AMOUNTS)
     inputs = ("weather", clouds.seed, clouds.cover, shader.text, driver, of_ground)
     return (__name__, "simgl.scene.cyclones", "simgl.scene.noise_volume", *MADE_BY), inputs
 
@@ -93,16 +110,21 @@ def weather_codes(
     noise: moderngl.Texture3D,
     ground: Sequence[moderngl.Texture],
     width: int = 4096,
+    amounts: Array32 | None = None,
 ) -> Image8:
     """(h, w, 4) share of cloud, code of its thickness, thin high cloud, code of its kind.
 
     clouds : without an image
     noise : of the same seed; ground : as ``simgl.passes.background.earth_maps`` gives them
     width : of the map; its height is half of that
+    amounts : in place of ``cloud_amounts``
     """
-    samplers = ["noise_volume", "swirls", "commas", "anvils", "land_map", "form_map"]
+    amounts = cloud_amounts() if amounts is None else amounts
+    samplers = ["noise_volume", *_FIELDS, "land_map", "shore_map"]
     program = FullscreenProgram(ctx, _SHADER, _WEATHER, samplers)
-    drawn = [_field_texture(ctx, make(clouds.seed)) for make in (swirls, commas, anvils)]
+    land, _, shore, _ = ground
+    made = swirls(clouds.seed), commas(clouds.seed), anvils(clouds.seed), amounts[..., None]
+    drawn = [_field_texture(ctx, field) for field in made]
     small = ImageTarget(ctx, _SMALL, [Format("f4", 4)])
     full = ImageTarget(ctx, (width, width // 2), [Format("f1", 4)])
     given: dict[str, object] = {"decks": DECKS, "seed_shift": (*seed_shift(clouds.seed), 0.0)}
@@ -111,7 +133,7 @@ def weather_codes(
         area = (0, 0, *target.size)
         State().apply(ctx, target.framebuffer, area, area)
         size = {"map_size": target.size, "cover_shift": shift}
-        program.draw(given | size, [noise, *drawn, *ground])
+        program.draw(given | size, [noise, *drawn, land, shore])
 
     try:
         draw(full, _shift_for(clouds.cover, small, draw))

@@ -13,15 +13,18 @@ from PIL import Image
 
 from simgl import assets
 from simgl.arrays import Image8, IndexArray, Mask
+from simgl.decoded_files import decoded_image
 from simgl.disk_cache import Arrays, computed_once
 from simgl.lru_cache import MANY, LruCache
 from simgl.physics.earth_spectra import land_in_bands
 from simgl.physics.land_reflectance import near_infrared, reflectance_from_display
 from simgl.physics.spectrum import BANDS, Bands
-from simgl.scene.earth import EarthMaps, MapImage
+from simgl.scene.earth import MAX_WIDTH, EarthMaps, MapImage
 
-# Of the finest shipped map, of form: its texels are 4.9 km long on the equator.
-WIDTH, HEIGHT = 8192, 4096
+# Of the shipped map of form: its texels are 3.7 km long on the equator, and those of shores 2.5 km.
+WIDTH, HEIGHT = 10800, 5400
+# Lamps are smoothed to that many columns, where they have fewer.
+_LAMP_COLUMNS = 4096
 _SHORE_STEPS_PER_KM = 6.0
 _KM_PER_DEGREE = 111.19
 # Cells by which open sea and land are told, from pole to pole, and the distance to a shore.
@@ -42,7 +45,9 @@ _BANDS_MADE_BY = (
 
 # For the simulators of a process: two of each kind at the size of the shipped ones.
 _land_maps = LruCache[MapImage | None, Image8](MANY, max_bytes=128 << 20)
-_form_maps = LruCache[tuple[MapImage | None, MapImage | None], Image8](MANY, max_bytes=256 << 20)
+_form_maps = LruCache[None, Image8](MANY, max_bytes=256 << 20)
+_shore_maps = LruCache[MapImage | None, Image8](MANY, max_bytes=288 << 20)
+_lamp_maps = LruCache[MapImage | None, Image8](MANY, max_bytes=64 << 20)
 
 
 def _path(name: str) -> Path:
@@ -50,11 +55,11 @@ def _path(name: str) -> Path:
 
 
 def _shipped(name: str, mode: str) -> Image8:
-    with Image.open(_path(name)) as image:
-        return np.asarray(image.convert(mode))
+    content = _path(name).read_bytes()
+    return np.asarray(decoded_image(content, MAX_WIDTH * MAX_WIDTH // 2).convert(mode))
 
 
-def _digest(image: MapImage | None, *shipped: str) -> tuple[str, ...]:
+def digest_of(image: MapImage | None, *shipped: str) -> tuple[str, ...]:
     """Of the content of an image, or of those in its place."""
     if image is not None:
         return (image.digest,)
@@ -63,20 +68,21 @@ def _digest(image: MapImage | None, *shipped: str) -> tuple[str, ...]:
 
 def land_inputs(image: MapImage | None) -> tuple[object, ...]:
     """What ``land_map`` depends on, for hashes."""
-    return "land", _digest(image, *_LAND)
+    return "land", digest_of(image, *_LAND)
 
 
-def form_inputs(water: MapImage | None, night: MapImage | None) -> tuple[object, ...]:
-    """What ``form_map`` depends on, for hashes."""
-    return "form", _digest(None, _RELIEF), _digest(water, _SHORE), _digest(night, _NIGHT)
+def shore_inputs(water: MapImage | None) -> tuple[object, ...]:
+    """What ``shore_map`` depends on, for hashes."""
+    return "shore", digest_of(water, _SHORE)
 
 
 def map_once(made_by: Sequence[str], inputs: object, make: Callable[[], Image8]) -> Image8:
-    """(h, 2 h, 4) codes of a map, computed once on a machine."""
+    """(h, 2 h, channels) codes of a map, computed once on a machine."""
 
     def fits(arrays: Arrays) -> bool:
         codes = arrays["codes"]
-        return codes.dtype == np.uint8 and codes.shape == (len(codes), 2 * len(codes), 4)
+        two_wide = codes.ndim == 3 and codes.shape[:2] == (len(codes), 2 * len(codes))
+        return codes.dtype == np.uint8 and two_wide
 
     return computed_once("earth", made_by, inputs, lambda: {"codes": make()}, fits)["codes"]
 
@@ -108,7 +114,7 @@ def land_map_in_bands(image: MapImage | None, bands: Bands) -> Image8:
     """(h, w, 4) square roots of reflectance in the bands, 255 for 1."""
     if bands == BANDS:
         return land_map(image)
-    inputs = (land_inputs(image), bands, _digest(None, "spectra.csv"))
+    inputs = (land_inputs(image), bands, digest_of(None, "spectra.csv"))
     return map_once(_BANDS_MADE_BY, inputs, lambda: _land_in_bands(image, bands))
 
 
@@ -137,28 +143,52 @@ def kind_map(image: MapImage | None) -> Image8:
     return result
 
 
-def form_map(water: MapImage | None, night: MapImage | None) -> Image8:
-    """(h, w, 4) codes of the slopes to the east and north, of the shore, and of night lights."""
+def form_map() -> Image8:
+    """(h, w, 2) codes of the slopes to the east and north."""
 
     def made() -> Image8:
-        return map_once(MADE_BY, form_inputs(water, night), lambda: make_form_map(water, night))
+        return map_once(MADE_BY, ("form", digest_of(None, _RELIEF)), make_form_map)
 
-    return _form_maps.get((water, night), made, size_of)
+    return _form_maps.get(None, made, size_of)
 
 
-def make_form_map(water: MapImage | None, night: MapImage | None) -> Image8:
+def make_form_map() -> Image8:
     """``form_map``, past the caches."""
-    slopes = _shipped("relief.webp", "RGB")[..., :2]
-    shore = _shipped("shore.webp", "L") if water is None else _shore(water.read("L"))
-    lights = Image.fromarray(_shipped("night.jpg", "L")) if night is None else night.read("L")
-    height, width = shore.shape
-    if (height, width) != slopes.shape[:2]:
-        scaled = Image.fromarray(np.dstack([slopes, slopes[..., :1]])).resize((width, height))
-        slopes = np.asarray(scaled)[..., :2]
+    return np.ascontiguousarray(_shipped(_RELIEF, "RGB")[..., :2])
+
+
+def shore_map(water: MapImage | None) -> Image8:
+    """(h, w, 1) codes of the distance to the shore."""
+
+    def made() -> Image8:
+        return map_once(MADE_BY, shore_inputs(water), lambda: make_shore_map(water))
+
+    return _shore_maps.get(water, made, size_of)
+
+
+def make_shore_map(water: MapImage | None) -> Image8:
+    """``shore_map``, past the caches."""
+    return (_shipped(_SHORE, "L") if water is None else _shore(water.read("L")))[..., None]
+
+
+def lamp_map(night: MapImage | None) -> Image8:
+    """(h, w, 1) codes of the lights at night."""
+
+    def made() -> Image8:
+        inputs = "lamps", digest_of(night, _NIGHT)
+        return map_once(MADE_BY, inputs, lambda: make_lamp_map(night))
+
+    return _lamp_maps.get(night, made, size_of)
+
+
+def make_lamp_map(night: MapImage | None) -> Image8:
+    """``lamp_map``, past the caches."""
+    lights = Image.fromarray(_shipped(_NIGHT, "L")) if night is None else night.read("L")
+    width = max(lights.width, _LAMP_COLUMNS)
+    scaled = lights.resize((width, width // 2), Image.Resampling.BICUBIC)
     # Codes below 16 of the shipped image are the noise of its compression.
-    scaled = lights.resize((width, height), Image.Resampling.BICUBIC)
-    night_code = np.maximum(np.asarray(scaled).astype(np.int16) - 16, 0).astype(np.uint8)
-    return np.dstack([slopes, shore, night_code])
+    dimmed = np.maximum(np.asarray(scaled).astype(np.int16) - 16, 0)
+    return dimmed.astype(np.uint8)[..., None]
 
 
 def _shore(water: Image.Image) -> Image8:
@@ -177,7 +207,7 @@ def shores(maps: EarthMaps) -> tuple[IndexArray, IndexArray]:
     Both are so far from any shore that noise frays none into them, and no pixel of half a cell's
     width sees one.
     """
-    inputs = ("open sea and inland", form_inputs(maps.water, maps.night))
+    inputs = ("open sea and inland", shore_inputs(maps.water))
     shape = (_CELLS + 1, 2 * _CELLS + 1)
     names = "shores", "waters"
     sums = computed_once(
@@ -194,7 +224,7 @@ def shores(maps: EarthMaps) -> tuple[IndexArray, IndexArray]:
 
 def make_shores(maps: EarthMaps) -> tuple[IndexArray, IndexArray]:
     """``shores``, past the cache."""
-    shore = form_map(maps.water, maps.night)[..., 2]
+    shore = shore_map(maps.water)[..., 0]
     far = _SHORE_STEPS_PER_KM * _FAR_FROM_SHORES_KM
     lowest, highest = over_cells(np.minimum, shore), over_cells(np.maximum, shore)
     return cell_sums(lowest <= 128 + far), cell_sums(highest >= 128 - far)
@@ -231,8 +261,10 @@ def map_texture(ctx: moderngl.Context, values: Image8) -> moderngl.Texture:
 def ground_textures(
     ctx: moderngl.Context, maps: EarthMaps, bands: Bands = BANDS
 ) -> list[moderngl.Texture]:
-    """``land_map_in_bands`` and ``form_map``."""
+    """``land_map_in_bands``, ``form_map``, ``shore_map`` and ``lamp_map``."""
     return [
         map_texture(ctx, land_map_in_bands(maps.land, bands)),
-        map_texture(ctx, form_map(maps.water, maps.night)),
+        map_texture(ctx, form_map()),
+        map_texture(ctx, shore_map(maps.water)),
+        map_texture(ctx, lamp_map(maps.night)),
     ]

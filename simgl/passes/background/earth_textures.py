@@ -32,13 +32,13 @@ from simgl.scene.noise_projection import LEVELS, chart, has_chart
 from simgl.view.background_tiles import MapCells
 
 # In the order of ``EarthTextures.of``.
-MAPS = ["land_map", "form_map", "weather_map"]
+MAPS = ["land_map", "form_map", "shore_map", "lamp_map", "weather_map"]
 CHARTS = ["chart", "cloud_chart"]
 SAMPLERS = [*MAPS, "frost_edges", "cloud_reflection", *CHARTS]
 # Of ``EarthTextures.in_bands``, with their units.
-BAND_SAMPLERS = {"land_kind": 12, "cloud_bands": 13}
+BAND_SAMPLERS = {"land_kind": 13, "cloud_bands": 14}
 # Of these what clouds and their ground in the thermal infrared take.
-WEATHER = ["form_map", "weather_map", "cloud_chart"]
+WEATHER = ["shore_map", "weather_map", "cloud_chart"]
 
 # The last weathers of the process, which take seconds on software renderers: two of the usual size.
 _weather = LruCache[tuple[Clouds, EarthMaps], Image8](MANY, max_bytes=64 << 20)
@@ -117,7 +117,7 @@ class EarthTextures:
 
     @property
     def _coarser(self) -> list[float]:
-        """Halvings by which the maps are coarser than the finest shipped one, as in ``MAPS``."""
+        """Halvings by which the maps are coarser than the shipped one of form, as in ``MAPS``."""
         return [float(np.log2(HEIGHT / one.height)) for one in (*self._ground, *self._weather)]
 
     @property
@@ -126,7 +126,8 @@ class EarthTextures:
         return {
             "chart_variance": self.chart_variance,
             "cloud_variance": self.cloud_variance,
-            "map_halvings": (*self._coarser, 0.0),
+            "map_halvings": tuple(self._coarser[:4]),
+            "weather_halvings": self._coarser[4],
         }
 
     def weather(self, earth: Earth) -> Weather:
@@ -234,7 +235,8 @@ def _level_copy(ctx: moderngl.Context, complete: moderngl.Texture, level: int) -
     """A halving of a map, or its smallest."""
     level = min(level, max(complete.size).bit_length() - 1)
     size = max(complete.width >> level, 1), max(complete.height >> level, 1)
-    texture = ctx.texture(size, 4, complete.read(level=level, alignment=1), alignment=1)
+    codes = complete.read(level=level, alignment=1)
+    texture = ctx.texture(size, complete.components, codes, alignment=1)
     texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
     texture.repeat_x, texture.repeat_y = complete.repeat_x, complete.repeat_y
     return texture

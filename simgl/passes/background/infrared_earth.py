@@ -46,7 +46,9 @@ INFRARED_EARTH = Block(
 
 
 # Of the block of the planet.
-_WITHOUT_MAPS = {"chart_variance": 0.0, "cloud_variance": 0.0, "map_halvings": 0.0}
+_WITHOUT_MAPS = dict.fromkeys(
+    ("chart_variance", "cloud_variance", "map_halvings", "weather_halvings"), 0.0
+)
 
 
 class InfraredEarthPass:

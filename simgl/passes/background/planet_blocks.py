@@ -58,8 +58,9 @@ PLANET = Block(
             # closed cells, open cells, cumulus and lumps.
             ("chart_variance", "f4", (LEVELS, 4)),
             ("cloud_variance", "f4", (LEVELS, 4)),
-            # Halvings by which the maps of land, form and weather are coarser than the finest.
+            # Halvings by which the maps of land, form, shores and lamps are coarser than form's.
             ("map_halvings", "f4", 4),
+            ("weather_halvings", "f4"),
             ("outside", "f4"),
             # The same from the sphere that the clouds lie on.
             ("cloud_outside", "f4"),
@@ -70,7 +71,7 @@ PLANET = Block(
             ("wave_slope_variance", "f4"),
             # 1 where the camera is above the clouds.
             ("clouds_below", "f4"),
-            # Of a texel of the finest map on the equator, and of the chart [km].
+            # Of a texel of the map of form on the equator, and of the chart [km].
             ("map_texel_km", "f4"),
             ("chart_texel_km", "f4"),
             # The chart's last halving, and its repetitions between a face's middle and edge.
@@ -84,8 +85,7 @@ PLANET = Block(
             ("glow_depth_km", "f4"),
             # 1 where the wind over the sea differs from place to place.
             ("wind_varies", "f4"),
-            ("planet_padding", "f4"),
-            ("planet_padding2", "f4", 2),
+            ("planet_padding", "f4", 2),
         ]
     ),
 )
@@ -160,7 +160,7 @@ REGOLITH = Block(
     ),
 )
 
-# Of the finest map on the equator [rad].
+# Of the map of form on the equator [rad].
 MAP_TEXEL = np.pi / HEIGHT
 # On the equator [m].
 MAP_TEXEL_M = MAP_TEXEL * WGS84_EQUATORIAL_RADIUS

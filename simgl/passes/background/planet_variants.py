@@ -9,7 +9,7 @@ from simgl.physics.spectrum import BANDS
 from simgl.view.background import PlanetView
 
 # Of the table of what passes the air twice, after ``BAND_SAMPLERS``.
-PAIRS_UNIT = 14
+PAIRS_UNIT = 15
 
 
 def knows_ground_bands(name: str, variant: tuple[str, ...]) -> bool:
@@ -51,4 +51,6 @@ def unread_samplers(name: str, variant: tuple[str, ...]) -> list[str]:
     unread += ["cloud_reflection"] if name == "planet/ceiling" else []
     groundless = "SEA" in variant or name == "planet/ceiling"
     unread += ["land_map", "form_map"] if groundless else []
+    unread += ["shore_map"] if groundless or "LAND" in variant else []
+    unread += ["lamp_map"] if groundless or "NIGHT" not in variant else []
     return unread

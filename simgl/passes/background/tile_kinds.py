@@ -12,6 +12,8 @@ from simgl.scene.noise_projection import LEVELS
 from simgl.view.background import PlanetView
 from simgl.view.background_tiles import MERGED, TILE, BackgroundTiles
 
+# Of pixels for which the margins of the maps' cells are enough [m].
+_WITHIN_MARGINS_M = 9800.0
 # Where a large tile spans less of a map's texel, it reads the map's slopes at its corners: 0.1 % of
 # the light.
 _SPANNED_TEXELS = 0.4
@@ -40,8 +42,7 @@ def kinds_at_corners(tiles: BackgroundTiles, dark: Mask) -> Iterator[tuple[tuple
     The rare ones, at night or at the corners of the noise's cube, are left few programs.
     """
     seen = tiles.even | tiles.finer
-    # Margins of the maps' cells are enough for pixels smaller than 10 km.
-    small = tiles.pixel < 2.0 * MAP_TEXEL_M
+    small = tiles.pixel < _WITHIN_MARGINS_M
     level = tiles.pixel * MERGED * TILE < _SPANNED_TEXELS * MAP_TEXEL_M
     yz, zx, xy = tiles.two_faces
     plain = (tiles.one_face | yz | zx | xy) & ~dark

@@ -1,0 +1,141 @@
+"""How much cloud places have beside the drawn climate: ``simgl/data/earth/cloud_amounts.csv``.
+
+    python -m tools.cloud_amounts TRUTH
+
+TRUTH : the folder of flight data of ``python -m benchmarks.flight``, of which CERES's mean all-sky
+albedo of 2018 is read
+
+In cells of 10 deg the albedo of the weather of many seeds is brought to what CERES sees, over
+simgl's own clear sky. Clouds reflect here as by two streams under the mean Sun of a year; what that
+misses of simgl's light is one factor for each row of cells. Poleward of 50 deg, where snow and ice
+decide, less and less is changed.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import moderngl
+import numpy as np
+from scipy.ndimage import gaussian_filter
+
+from benchmarks.flight.__main__ import in_bands
+from benchmarks.flight.distant_earth import DATES, Reflected, reflected
+from simgl import assets
+from simgl.arrays import Array, Array32, Image8
+from simgl.gpu.context import temporary_context
+from simgl.passes.background.cloud_map import cloud_amounts, noise_texture, weather_codes
+from simgl.passes.background.earth_maps import ground_textures
+from simgl.scene.earth import Clouds, EarthMaps
+
+ROWS, COLUMNS = 18, 36
+_WIDTH = 720
+# Seeds whose mean weather is the climate: the albedo of a cell then scatters by 0.01.
+_SEEDS = range(24)
+_ROUNDS = 6
+# Of albedo per unit of the amounts, at most; and the largest amount.
+_RESPONSE, _LARGEST = 0.5, 0.4
+# Of the cells by which amounts are smoothed.
+_SMOOTH = 0.6
+
+
+def _mean_sun(latitude: Array) -> Array:
+    """Mean cosine of the Sun's zenith angle over the sunlight of a year; latitude : (n,) [rad]."""
+    declination = np.radians(23.44) * np.sin(np.radians(np.arange(0.0, 360.0, 10.0)))[:, None]
+    hour = np.radians(np.arange(2.5, 180.0, 5.0))
+    cosine = (
+        np.sin(latitude)[:, None, None] * np.sin(declination)
+        + np.cos(latitude)[:, None, None] * np.cos(declination) * np.cos(hour)
+    ).clip(0.0)
+    return np.asarray((cosine**2).sum(axis=(1, 2)) / cosine.sum(axis=(1, 2)))
+
+
+def _cells(values: Array) -> Array:
+    """(18, 36) means of a map (18 n, 36 n)."""
+    n = len(values) // ROWS
+    return np.asarray(values.reshape(ROWS, n, COLUMNS, n).mean(axis=(1, 3)))
+
+
+def _of_clouds(codes: Image8) -> Array:
+    """(2, 18, 36) reflectance of clouds for the Sun's light and for light from below; two streams,
+    as in shaders/planet/cloud.glsl and ground.glsl."""
+    share, code, high, _ = np.moveaxis(codes / 255.0, -1, 0)
+    rows = len(codes)
+    mu = _mean_sun(np.pi * (0.5 - (np.arange(rows) + 0.5) / rows))[:, None]
+    scaled, asymmetry = (1.0 - 0.85**2) * 100.0**code, 0.85 / 1.85
+    g1, g3 = 0.75 * (1.0 - asymmetry), 0.5 - 0.75 * asymmetry * mu
+    direct = (g1 * scaled + (g3 - g1 * mu) * (1.0 - np.exp(-scaled / mu))) / (1.0 + g1 * scaled)
+    back = g1 * scaled / (1.0 + g1 * scaled)
+    thin, from_below = 1.5 * high / (1.5 * high + 7.7 * mu), 1.5 * high / (1.5 * high + 7.7)
+    past = (1.0 - thin) * (1.0 - from_below)
+    seen = thin + past * share * direct, from_below + (1.0 - from_below) ** 2 * share * back
+    return np.stack([_cells(one) for one in seen])
+
+
+def climate(ctx: moderngl.Context, amounts: Array32, seeds: Sequence[int]) -> Array:
+    """(2, 18, 36) ``_of_clouds``, mean over seeds."""
+    ground = ground_textures(ctx, EarthMaps())
+    result = np.zeros((2, ROWS, COLUMNS))
+    for seed in seeds:
+        noise = noise_texture(ctx, seed)
+        codes = weather_codes(ctx, Clouds(seed=seed), noise, ground, _WIDTH, amounts)
+        result += _of_clouds(codes) / len(seeds)
+        noise.release()
+    for texture in ground:
+        texture.release()
+    return result
+
+
+def _albedo(clouds: Array, clear: Array) -> Array:
+    return np.asarray(
+        clouds[0] + (1.0 - clouds[0]) * (1.0 - clouds[1]) * clear / (1.0 - clear * clouds[1])
+    )
+
+
+def _by_cells(light: Reflected) -> Array:
+    """(18, 36) albedo from the north on."""
+    sent, received = (
+        one.sum(axis=-1).reshape(ROWS, 2, COLUMNS, 2).sum(axis=(1, 3))[::-1]
+        for one in (light.sent, light.received)
+    )
+    return np.asarray(sent / received)
+
+
+def fit(ctx: moderngl.Context, clear: Array, all_sky: Array, measured: Array) -> Array32:
+    """(18, 36) the amounts; all arguments albedos (18, 36) from the north on.
+
+    clear, all_sky : of simgl, with the present amounts and the seeds of ``reflected``
+    measured : that are wanted
+    """
+    amounts = cloud_amounts()
+    seen = _albedo(climate(ctx, amounts, range(len(DATES))), clear)
+    of_light = (all_sky - clear).sum(axis=1) / (seen - clear).sum(axis=1)
+    latitude = 85.0 - 10.0 * np.arange(ROWS)
+    weight = np.clip((70.0 - np.abs(latitude)) / 20.0, 0.0, 1.0)[:, None]
+    for _ in range(_ROUNDS):
+        seen = _albedo(climate(ctx, amounts, _SEEDS), clear)
+        error = measured - (clear + of_light[:, None] * (seen - clear))
+        step = gaussian_filter(weight * error / _RESPONSE, _SMOOTH, mode=("nearest", "wrap"))
+        amounts = np.clip(amounts + step, -_LARGEST, _LARGEST).astype(np.float32)
+        area = np.cos(np.radians(latitude))
+        rms = np.sqrt(np.average((error**2).mean(axis=1), weights=area * weight[:, 0]))
+        print(f"rms difference of the albedo {rms:.4f}")
+    return amounts
+
+
+def main() -> None:
+    """Fit and write them."""
+    truth = Path(sys.argv[1]) / "ceres_2018_all_sky_1deg.csv"
+    broadband = np.loadtxt(truth, delimiter=",")[::-1]
+    with temporary_context() as ctx:
+        clear = _by_cells(reflected(ctx, clouds={"cover": 0.0}))
+        all_sky = _by_cells(reflected(ctx, clouds={}))
+        amounts = fit(ctx, clear, all_sky, _cells(in_bands(broadband, clear=False)))
+    path = assets.data() / "earth" / "cloud_amounts.csv"
+    np.savetxt(path, amounts, fmt="%.2f", delimiter=",")
+
+
+if __name__ == "__main__":
+    main()
