@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import moderngl
 import numpy as np
 
-from simgl.arrays import AnyArray
+from simgl.arrays import AnyArray, Mask
 from simgl.gpu.fullscreen import Screen
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import all_or_nothing
@@ -40,6 +40,8 @@ from simgl.passes.shared_blocks import (
 from simgl.passes.texture_store import IMAGE_UNITS
 from simgl.view.raster_tiles import RasterTile
 
+# Of the byte of a block, the bits that hold its pages; the bit above tells whether it is bare.
+_COUNT = 127
 # A point that is not there.
 EMPTY = -1.0
 # The targets of shaders/gbuffer/gbuffer.frag; those with images and vertex colours have more.
@@ -94,7 +96,8 @@ class GBufferPass:
         visibility.use(_VISIBILITY_UNIT)
         self.colour_only.apply(self._ctx, groups, (0, 0, *cells), (0, 0, *cells))
         self._grouping_for(tile.cells.texels).draw()
-        entries, first = page_table(self._page_counts(textures_of(groups)[1], blocks))
+        counts, bare = self._page_counts(textures_of(groups)[1], blocks)
+        entries, first = page_table(counts)
         page_entries = self._page_entries.written(entries)
         point_groups = self._groups_of_points(textures_of(groups), page_entries, len(entries))
         detailed = any("DETAILED" in drawn.view.model.variant for drawn in spacecraft)
@@ -112,6 +115,7 @@ class GBufferPass:
             groups=textures_of(groups),
             point_groups=point_groups,
             entries=entries,
+            bare=bare,
             page_entries=page_entries,
             block_pages=self._block_pages.written(first),
             textures=textures_of(target),
@@ -119,15 +123,18 @@ class GBufferPass:
             depth=depth,
         )
 
-    def _page_counts(self, second_groups: moderngl.Texture, blocks: tuple[int, int]) -> AnyArray:
-        """(rows, columns) uint8, of each block of cells."""
+    def _page_counts(
+        self, second_groups: moderngl.Texture, blocks: tuple[int, int]
+    ) -> tuple[AnyArray, Mask]:
+        """(rows, columns) uint8, of each block of cells; whether a sample of it sees nothing."""
         (counts,) = self._counts.covering(blocks)
         second_groups.use(CELL_GROUPS["second_groups"])
         area = (0, 0, *blocks)
         self.colour_only.apply(self._ctx, counts, area, area)
         self._counting.draw()
         data = counts.read(viewport=area, components=1, alignment=1, dtype="u1")
-        return np.frombuffer(data, dtype=np.uint8).reshape(blocks[::-1])
+        found = np.frombuffer(data, dtype=np.uint8).reshape(blocks[::-1])
+        return found & _COUNT, found > _COUNT
 
     def _groups_of_points(
         self, groups: Sequence[moderngl.Texture], page_entries: moderngl.Texture, rows: int

@@ -146,7 +146,11 @@ class PlanetPass:
         return weather
 
     def draw(
-        self, background: Background, target: moderngl.Framebuffer, area: tuple[int, int, int, int]
+        self,
+        background: Background,
+        target: moderngl.Framebuffer,
+        area: tuple[int, int, int, int],
+        hidden: Mask | None = None,
     ) -> None:
         """Fill a rectangle with the Earth [W m-2 sr-1].
 
@@ -154,10 +158,13 @@ class PlanetPass:
         they are seen past the Earth.
 
         area : x, y, width, height [pixels]
+        hidden : (rows, columns) of its tiles in which nothing of this is seen; what they hold
+            then is undefined
         """
         if background.planet is not None:
             sunlit = self._sunlit(background, background.planet, target, area)
-            self._draw_earth(sunlit, self._tiles([sunlit])[0])
+            tiles = self._tiles([sunlit])[0]
+            self._draw_earth(sunlit, tiles if hidden is None else tiles.within(~hidden))
             return
         state = self._over(background)
         state.apply(self._ctx, target, area, area)
