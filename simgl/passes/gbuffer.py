@@ -56,9 +56,12 @@ class GBufferPass:
 
     The depth buffer then says which points are that spacecraft's, and which of its materials are
     layered, so that even a renderer without real branches spends on a point only what it needs.
+    Points of several spacecraft are marked before they are looked up; where there is one, nearly
+    all of them are its own, and they are marked as they are looked up.
     """
 
     marking = State(depth=True, depth_func="1", write_color=False)
+    looking_up = State(depth=True, depth_func="1")
     colour_only = State()
 
     @all_or_nothing
@@ -105,7 +108,8 @@ class GBufferPass:
         (target,) = self._targets[_DETAILED if detailed else _PLAIN].covering(size)
         depth = target.depth_attachment
         assert isinstance(depth, moderngl.Renderbuffer)
-        if any(drawn.lit_bodies for drawn in spacecraft):
+        by_rays = any(drawn.lit_bodies for drawn in spacecraft)
+        if by_rays:
             # Read on the CPU.
             self.colour_only.apply(self._ctx, target, (0, 0, *size), (0, 0, *size))
             target.clear(EMPTY, EMPTY, EMPTY, EMPTY, viewport=(0, 0, *size))
@@ -116,6 +120,7 @@ class GBufferPass:
             point_groups=point_groups,
             entries=entries,
             bare=bare,
+            of_one=len(spacecraft) == 1 and not by_rays,
             page_entries=page_entries,
             block_pages=self._block_pages.written(first),
             textures=textures_of(target),
@@ -164,10 +169,11 @@ class GBufferPass:
         tables.vertices.use(_VERTICES_UNIT)
         if "LAYERED" in model.variant:
             self._meshes.bind_materials(model)
-        self.marking.apply(self._ctx, points.framebuffer, area, area)
-        # Drawn, not cleared: both come to the depth buffer's bits in the same way.
-        self._unmarked.draw()
-        self._marks_for(model.variant).draw()
+        if not points.of_one:
+            self.marking.apply(self._ctx, points.framebuffer, area, area)
+            # Drawn, not cleared: both come to the depth buffer's bits in the same way.
+            self._unmarked.draw()
+            self._marks_for(model.variant).draw()
         variant = tuple(d for d in model.variant if d == "DETAILED")
         if variant:
             self._meshes.bind_surface(model)
@@ -183,7 +189,12 @@ class GBufferPass:
             if motion.joint_rates is not None:
                 self._meshes.bind_joint_rates(motion)
                 variant += ("JOINTS_MOVE",)
-        draw_marked(self._ctx, points.framebuffer, points, self._look_up_for(variant))
+        if not points.of_one:
+            draw_marked(self._ctx, points.framebuffer, points, self._look_up_for(variant))
+            return
+        layered = ("LAYERED",) * ("LAYERED" in model.variant)
+        self.looking_up.apply(self._ctx, points.framebuffer, area, area)
+        self._look_up_for((*variant, *layered, "MARK_AT")).draw()
 
     def _marks_for(self, variant: tuple[str, ...]) -> Screen:
         """The shader that marks the points of models of a variant."""
@@ -229,13 +240,13 @@ class GBufferPass:
                 "gbuffer/gbuffer",
                 OTHERS,
                 [TILE, SPACECRAFT]
-                + [MATERIALS] * detailed
+                + [MATERIALS] * (detailed or "LAYERED" in variant)
                 + [JOINTS] * ("JOINTED" in variant)
                 + [JOINT_RATES] * ("JOINTS_MOVE" in variant),
                 samplers
                 | (IMAGE_UNITS if detailed else {})
                 | ({"vertex_light": _LIGHT_UNIT} if lit else {}),
-                dict.fromkeys(variant, 1),
+                {name: MARKED if name == "MARK_AT" else 1 for name in variant},
             )
         return self._lookups[variant]
 

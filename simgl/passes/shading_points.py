@@ -105,6 +105,7 @@ class ShadingPoints:
     point_groups : R32UI, of each point the samples of its group, 0 where there is none
     entries : (rows of squares, ENTRIES) of ``page_table``
     bare : (rows, columns) of the blocks of cells, whether a sample there sees nothing
+    of_one : whether all are looked up for one spacecraft, and none is read on the CPU
     page_entries, block_pages : R32UI, the same, and the first page of each block
     textures : in the order of the targets of shaders/gbuffer/gbuffer.frag, RGBA32F
     framebuffer : of the textures
@@ -117,6 +118,7 @@ class ShadingPoints:
     point_groups: moderngl.Texture
     entries: AnyArray
     bare: Mask
+    of_one: bool
     page_entries: moderngl.Texture
     block_pages: moderngl.Texture
     textures: tuple[moderngl.Texture, ...]
