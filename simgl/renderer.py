@@ -9,7 +9,7 @@ from itertools import chain
 import moderngl
 import numpy as np
 
-from simgl.arrays import Array, Array32
+from simgl.arrays import Array, Array32, Mask
 from simgl.camera.camera import Camera
 from simgl.camera.pinhole_fields import pinhole_fields
 from simgl.errors import ConfigError
@@ -33,7 +33,7 @@ from simgl.passes.mesh_store import MeshStore, VertexLighting
 from simgl.passes.reference_gather import ReferenceGather
 from simgl.passes.resolve import DistortedView, ResolvePass
 from simgl.passes.rows import RowsPass
-from simgl.passes.shading_points import ShadingPoints
+from simgl.passes.shading_points import BLOCK, ShadingPoints
 from simgl.passes.shadow import ShadowPass
 from simgl.passes.sunlight import SunlightPass
 from simgl.passes.surface import LIGHTS, SurfacePass
@@ -50,6 +50,7 @@ from simgl.thermal.infrared_surroundings import InfraredSurroundings
 from simgl.thermal.thermal_view import ThermalView
 from simgl.thermal_renderer import ThermalRenderer
 from simgl.view.background import SkyView
+from simgl.view.background_tiles import tiles_behind
 from simgl.view.celestial import CelestialView
 from simgl.view.frame_view import FrameView, lit_parts, truth_tile
 from simgl.view.raster_tiles import RasterTile
@@ -153,8 +154,10 @@ class Renderer:
     def radiance(self, view: FrameView) -> ImageTarget:
         """Radiance per band [W m-2 sr-1], RGBA32F; valid until the next call at this size."""
         target = self._target(f"radiance {view.ramps}", view.camera, _BANDS)
-        self._all_background(view, target)
-        self._lay_spacecraft(view, target)
+        hides = _hides_much(view)
+        if not hides:
+            self._all_background(view, target)
+        self._lay_spacecraft(view, target, with_background=hides)
         return target
 
     def radiance_during(
@@ -213,10 +216,19 @@ class Renderer:
             with self.timer.measure("rows"):
                 self._rows.add(one.textures[0], share, mean.framebuffer)
 
-    def _lay_spacecraft(self, view: FrameView, target: ImageTarget) -> None:
+    def _lay_spacecraft(
+        self, view: FrameView, target: ImageTarget, *, with_background: bool = False
+    ) -> None:
+        """Lay them over what a target holds; with the background, as far as it is seen past those
+        of the first tile."""
         for seen in view.pinholes:
             lens = self._distorted(seen)
             for tile, points, (radiance,) in self._lit_tiles(seen):
+                if with_background:
+                    edge = BLOCK / tile.sample_grid.cells_per_edge
+                    hidden = tiles_behind(points.bare, (tile.x, tile.y), edge, target.size)
+                    self._background(seen, target, hidden=hidden)
+                    with_background = False
                 with self.timer.measure("resolve"):
                     self._resolve.draw(tile, points, radiance, target.framebuffer, lens, view.ramps)
 
@@ -253,11 +265,16 @@ class Renderer:
             release_all(self._ctx, *targets.values())
 
     def _background(
-        self, view: FrameView, target: ImageTarget, rows: tuple[int, int] | None = None
+        self,
+        view: FrameView,
+        target: ImageTarget,
+        rows: tuple[int, int] | None = None,
+        hidden: Mask | None = None,
     ) -> None:
         """What is behind the spacecraft.
 
         rows : first and end of those where the Earth is needed; None for all
+        hidden : tiles of all rows where it is not, as ``tiles_behind`` gives them
         """
         if view.background.planet is not None:
             with self.timer.measure("air"):
@@ -274,7 +291,7 @@ class Renderer:
         with self.timer.measure("planet"):
             first, end = (0, fine.size[1]) if rows is None or view.field is not None else rows
             area = 0, first, fine.size[0], end - first
-            self._planet.draw(view.background.from_row(first), fine.framebuffer, area)
+            self._planet.draw(view.background.from_row(first), fine.framebuffer, area, hidden)
         if view.field is not None:
             with self.timer.measure("warp"):
                 self._warp.mean(view.field, fine.textures[0], target.framebuffer)
@@ -442,6 +459,15 @@ class Renderer:
 def _blacken(target: ImageTarget) -> None:
     # With the area, for a clear without one keeps to the scissor of the last draw.
     target.framebuffer.clear(viewport=(0, 0, *target.size))
+
+
+def _hides_much(view: FrameView) -> bool:
+    """Whether the spacecraft of the first tile may hide so much of the background that it is worth
+    waiting for them, and not to work on the CPU meanwhile."""
+    if view.field is not None or not view.tiles or view.tiles[0].window is not None:
+        return False
+    tile, d = view.tiles[0], view.camera.detector
+    return 2 * tile.width * tile.height > d.width * d.height
 
 
 def _is_separate(view: FrameView, share: Array) -> bool:

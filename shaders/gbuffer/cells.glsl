@@ -7,6 +7,7 @@
 
 const int STRIDE = 5;   // texels along the edge of the largest window
 const int TEXELS = STRIDE * STRIDE;   // the bits above tell of the cell
+const uint BARE = 1u << 30u;   // with the fifth group: a sample of the cell sees nothing
 
 // From the texel alone, so that neighbouring cells agree on whose sample it is.
 ivec2 cell_of(ivec2 texel) {

@@ -1,5 +1,8 @@
 // The shading points of a tile: for each group of samples that see the same smooth surface the place,
 // normals, material and light of vertices where the line of sight through the samples' middle meets it.
+//
+// Of the points that gbuffer/marks.frag has marked; with MARK_AT, where all points see one spacecraft, it
+// marks them itself.
 #define GROUPED
 #include "block/spacecraft"
 #include "gbuffer/cells.glsl"
@@ -13,8 +16,14 @@
 #ifdef JOINTS_MOVE
 #include "common/joint_rates.glsl"
 #endif
+#if defined(DETAILED) || defined(LAYERED)
+#include "block/materials"
+#endif
 #ifdef DETAILED
 #include "gbuffer/detail.glsl"
+#endif
+#ifdef LAYERED
+#include "surface/layers.glsl"
 #endif
 
 uniform usampler2D visibility;
@@ -122,7 +131,8 @@ float detail(uint group, vec2 first, Facet facet, mat3 normals, uvec3 corner, ui
 }
 #endif
 
-void look_up(ivec2 cell, uint group) {
+// Returns the material.
+uint look_up(ivec2 cell, uint group) {
     vec2 first = vec2(first_texel(cell)), middle = point_of(group);
     // The triangle of the sample that is nearest to the middle.
     ivec2 nearest = ivec2(0);
@@ -197,10 +207,18 @@ void look_up(ivec2 cell, uint group) {
         face_normal.w += inside[k] * texelFetch(vertex_light, table_place(row + 1u), 0).r;
     }
 #endif
+    return label & 63u;
 }
 
-// Only of the points that gbuffer/marks.frag has marked.
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
-    look_up(cell_of_point(at), max(group_of(at), 1u));
+    uint group = group_of(at), material = look_up(cell_of_point(at), max(group, 1u));
+#ifdef MARK_AT
+    const float MARK = 0.5 + 0.5 * MARK_AT;
+    bool other_side = false;
+#ifdef LAYERED
+    other_side = is_layered(material);
+#endif
+    gl_FragDepth = group == 0u ? gl_FragCoord.z : other_side ? 1.0 - MARK : MARK;
+#endif
 }

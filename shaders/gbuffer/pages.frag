@@ -1,4 +1,5 @@
-// How many pages each block of 2 x 2 cells takes: as many as its fullest cell has groups.
+// How many pages each block of 2 x 2 cells takes: as many as its fullest cell has groups. The upper bit
+// tells whether a sample of the block sees nothing.
 #include "gbuffer/cells.glsl"
 
 uniform usampler2D second_groups;
@@ -8,7 +9,12 @@ out uint pages;
 void main() {
     ivec2 first = BLOCK * ivec2(gl_FragCoord.xy), last = min(first + BLOCK, cells);
     pages = 0u;
+    uint bare = 0u;
     for (int y = first.y; y < last.y; ++y)
-        for (int x = first.x; x < last.x; ++x)
-            pages = max(pages, texelFetch(second_groups, ivec2(x, y), 0).x >> TEXELS);
+        for (int x = first.x; x < last.x; ++x) {
+            uint of_cell = texelFetch(second_groups, ivec2(x, y), 0).x;
+            pages = max(pages, (of_cell & ~BARE) >> TEXELS);
+            bare |= of_cell & BARE;
+        }
+    if (bare != 0u) pages |= 128u;
 }

@@ -98,13 +98,18 @@ vec4 heights_of(sampler2D depths, SunMap map, Receiver r, ivec2 at) {
     return map.top - r.here.z - map.depth * depth;
 }
 
+// Heights [m] of a receiver's own surface at four texels.
+vec4 plane_at(Receiver r, ivec2 first) {
+    vec2 offset = vec2(first) + 0.5 - r.here.xy;
+    return vec4(receiver_plane(r, offset), receiver_plane(r, offset + vec2(1.0, 0.0)),
+                receiver_plane(r, offset + vec2(0.0, 1.0)), receiver_plane(r, offset + 1.0));
+}
+
 // Heights over the receiver [m] at four texels, those of its own surface there, and which texels cast
 // a shadow.
 vec4 heights_at(sampler2D depths, SunMap map, Receiver r, ivec2 first, out vec4 plane,
                 out bvec4 casting) {
-    vec2 offset = vec2(first) + 0.5 - r.here.xy;
-    plane = vec4(receiver_plane(r, offset), receiver_plane(r, offset + vec2(1.0, 0.0)),
-                 receiver_plane(r, offset + vec2(0.0, 1.0)), receiver_plane(r, offset + 1.0));
+    plane = plane_at(r, first);
     vec4 high = heights_of(depths, map, r, first + ivec2(map.column, 0));
     // A little above the receiver's own surface.
     casting = greaterThan(high, plane + r.slack);
@@ -205,16 +210,19 @@ float lit_by_neighbours(sampler2D depths, SunMap map, Receiver r, vec2 offset) {
 // offset : from the receiver to its place on the surface [texels]
 float lit_past_steps(sampler2D depths, sampler2D behind, SunMap map, Receiver r, vec2 offset) {
     ivec2 first = nearest_texels(map, r, offset);
-    vec4 plane;
-    bvec4 casting;
-    vec4 rises = heights_at(depths, map, r, first, plane, casting) - plane;
-    vec4 low = heights_of(depths, map, r, first + ivec2(map.column, map.size));
+    vec4 plane = plane_at(r, first);
+    mat3x4 depth = transpose(mat4x3(depths_at(depths, behind, map, first),
+                                    depths_at(depths, behind, map, first + ivec2(1, 0)),
+                                    depths_at(depths, behind, map, first + ivec2(0, 1)),
+                                    depths_at(depths, behind, map, first + 1)));
+    float above = map.top - r.here.z;
+    vec4 high = above - map.depth * depth[0], low = above - map.depth * depth[1];
+    vec4 rises = high - plane;
+    bvec4 casting = greaterThan(high, plane + r.slack);
     vec4 over = vec4(casting) * vec4(greaterThanEqual(low, plane));
-    if (dot(over, over) > 0.0) {
-        // A step below what floats there.
-        vec4 next = heights_of(behind, map, r, first + ivec2(map.column, 0)) - plane;
-        rises = mix(rises, next, over);
-    }
+    // A step below what floats there.
+    vec4 next = above - map.depth * depth[2] - plane;
+    if (dot(over, over) > 0.0) rises = mix(rises, next, over);
     vec4 dark = vec4(casting) * vec4(greaterThan(rises, vec4(r.slack)))
               * vec4(lessThan(rises, vec4(r.step)));
     vec2 weight = clamp(r.here.xy + offset - vec2(first) - 0.5, 0.0, 1.0);
@@ -273,7 +281,7 @@ vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, Samples samples, 
     float deepest = high, near = 1.0 - 0.4 * turn.y;
     bool sheets = !SOLID;
     Slab overhead = NO_SLAB;
-    if (sheets) overhead = overhead_slab(depths, map, samples.of_group);
+    if (sheets) overhead = overhead_slab(depths, behind, map, samples.of_group);
     Casters casters = Casters(0.0, high);
     uvec4 blocked = uvec4(0u);   // a bit for each direction
     bool steps = false;
@@ -283,7 +291,7 @@ vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, Samples samples, 
         if (ring) near *= 0.55;
         float part = ring ? near : sqrt((float(k) + turn.y) * share);
         vec2 offset = part * spread * direction + (ring ? near * high : high) * map.lean;
-        Slab slab = slab_near(depths, map, next_receiver(samples, left), overhead, offset);
+        Slab slab = slab_near(depths, behind, map, next_receiver(samples, left), overhead, offset);
         direction = on * direction;
         steps = steps || slab.step;
         if (!slab.casts) continue;

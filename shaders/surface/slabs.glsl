@@ -2,6 +2,20 @@
 
 #include "surface/receiver.glsl"
 
+// Depths at a texel of a map: where the light meets the casters, where it leaves them again, and where
+// it would meet the next surface behind.
+//
+// With SLABS both textures are the one that holds all three (shadow/slabs.frag).
+vec3 depths_at(sampler2D depths, sampler2D behind, SunMap map, ivec2 at) {
+    ivec2 place = at + ivec2(map.column, 0);
+#ifdef SLABS
+    return texelFetch(depths, place, 0).xyz;
+#else
+    return vec3(texelFetch(depths, place, 0).r, texelFetch(depths, place + ivec2(0, map.size), 0).r,
+                texelFetch(behind, place, 0).r);
+#endif
+}
+
 // The casters over a receiver at one texel: heights [m] above the receiver.
 struct Slab {
     float high, low;
@@ -9,24 +23,28 @@ struct Slab {
     bool ends;     // above the receiver
     bool beyond;   // it shows neither a caster nor the receiver's own surface
     bool step;     // it shows a low step
+    float behind;  // of the next surface behind
+    float plane;   // of the receiver's own surface
 };
 
 // What stands over the receiver at an offset [texels] from it.
-Slab slab_at(sampler2D depths, SunMap map, Receiver r, vec2 offset) {
+Slab slab_at(sampler2D depths, sampler2D behind, SunMap map, Receiver r, vec2 offset) {
     ivec2 at = clamp(ivec2(floor(r.here.xy + offset)), ivec2(0), ivec2(map.size - 1));
-    float above = map.top - r.here.z;
+    vec3 heights = map.top - r.here.z - map.depth * depths_at(depths, behind, map, at);
     Slab slab;
-    slab.high = above - map.depth * texelFetch(depths, at + ivec2(map.column, 0), 0).r;
+    slab.high = heights.x;
+    slab.behind = heights.z;
     // The texel tells of its middle.
     vec2 middle = vec2(at) + 0.5 - r.here.xy;
     float plane = receiver_plane(r, middle);
+    slab.plane = plane;
     slab.casts = slab.high > plane;
     slab.beyond = !SOLID && !slab.casts && beyond_receiver(r, slab.high, plane, middle);
     slab.low = slab.high;
     slab.ends = true;
     slab.step = false;
     if (slab.casts) {
-        float low = above - map.depth * texelFetch(depths, at + ivec2(map.column, map.size), 0).r;
+        float low = heights.y;
         // No end above the receiver: a sheet, or a solid that the receiver's own body runs into.
         slab.ends = low >= plane;
         slab.low = min(slab.ends ? low : plane, slab.high);
@@ -36,26 +54,24 @@ Slab slab_at(sampler2D depths, SunMap map, Receiver r, vec2 offset) {
     return slab;
 }
 
-// What stands there below the slabs, its lower end unknown: a solid is taken to reach the receiver.
-Slab slab_behind(sampler2D behind, SunMap map, Receiver r, vec2 offset) {
-    ivec2 at = clamp(ivec2(floor(r.here.xy + offset)), ivec2(0), ivec2(map.size - 1));
-    float plane = receiver_plane(r, vec2(at) + 0.5 - r.here.xy);
-    float depth = texelFetch(behind, at + ivec2(map.column, 0), 0).r;
-    float high = map.top - r.here.z - map.depth * depth;
+// What stands there below a slab, its lower end unknown: a solid is taken to reach the receiver.
+Slab slab_behind(Receiver r, Slab slab) {
+    float high = slab.behind, plane = slab.plane;
     bool step = SOLID && high > plane && high - plane < r.step;
-    return Slab(high, SOLID ? min(plane, high) : high, high > plane && !step, false, false, step);
+    float low = SOLID ? min(plane, high) : high;
+    return Slab(high, low, high > plane && !step, false, false, step, high, plane);
 }
 
-const Slab NO_SLAB = Slab(0.0, 0.0, false, false, true, false);
+const Slab NO_SLAB = Slab(0.0, 0.0, false, false, true, false, 0.0, 0.0);
 
 // What stands over the receiver at the nearest of the four texels around it that its surface reaches.
-Slab overhead_slab(sampler2D depths, SunMap map, Receiver r) {
+Slab overhead_slab(sampler2D depths, sampler2D behind, SunMap map, Receiver r) {
     vec2 first = floor(r.here.xy - 0.5) + 0.5 - r.here.xy;
     Slab overhead = NO_SLAB;
     float nearest2 = 2.0;
     for (int k = 0; k < 4; ++k) {
         vec2 offset = first + vec2(k & 1, k >> 1);
-        Slab slab = slab_at(depths, map, r, offset);
+        Slab slab = slab_at(depths, behind, map, r, offset);
         float away2 = dot(offset, offset);
         bool nearer = !slab.beyond && away2 < nearest2;
         if (nearer) overhead = slab;
@@ -66,10 +82,13 @@ Slab overhead_slab(sampler2D depths, SunMap map, Receiver r) {
 
 // What stands over the receiver at an offset [texels]; near the receiver, where the texel lies beyond
 // its surface, what stands over the receiver itself.
-Slab slab_near(sampler2D depths, SunMap map, Receiver r, Slab overhead, vec2 offset) {
-    Slab slab = slab_at(depths, map, r, offset);
-    if (slab.beyond && dot(offset, offset) < 4.0) slab = overhead;
-    return slab;
+Slab slab_near(sampler2D depths, sampler2D behind, SunMap map, Receiver r, Slab overhead, vec2 offset) {
+    Slab slab = slab_at(depths, behind, map, r, offset);
+    Slab near = slab;
+    if (slab.beyond && dot(offset, offset) < 4.0) near = overhead;
+    near.behind = slab.behind;
+    near.plane = slab.plane;
+    return near;
 }
 
 // Between which heights over a receiver the casters lie that its Sun meets [m].
@@ -89,10 +108,10 @@ bool meets_caster(sampler2D depths, sampler2D behind, SunMap map, Receiver r, Sl
         // Near contact the disc shrinks below a texel; then the texel's own width smooths.
         float wider = sqrt(1.0 + 0.6 / max(height * height * reach * reach, 1e-6));
         vec2 offset = height * (map.lean + wider * ray);
-        Slab slab = slab_near(depths, map, r, overhead, offset);
+        Slab slab = slab_near(depths, behind, map, r, overhead, offset);
         bool over = slab.casts && slab.low > 1.05 * height;
         if (over) {
-            Slab next = slab_behind(behind, map, r, offset);
+            Slab next = slab_behind(r, slab);
             if (next.casts) slab = next;
         }
         float meets = clamp(height, slab.low, slab.high);

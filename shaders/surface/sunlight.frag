@@ -19,8 +19,10 @@
 #endif
 
 // The whole map, and right of it the close one where there is one.
-#ifdef PLANES
+#if defined(PLANES)
 uniform sampler2D sun_planes;
+#elif defined(SLABS)
+uniform sampler2D sun_slabs;
 #else
 uniform sampler2D sun_depths;
 #endif
@@ -32,7 +34,7 @@ uniform sampler2D sunlight;
 #else
 uniform sampler2D sun_tops;
 #endif
-#ifdef SEARCH
+#if defined(SEARCH) && !defined(SLABS)
 uniform sampler2D sun_behind;
 #endif
 
@@ -69,7 +71,7 @@ Atlas atlas_of(bool close) {
     return Atlas(map, atlas.w, from_body);
 }
 
-#ifndef PLANES
+#if !defined(PLANES) && !defined(SEARCH)
 // Lit share of a group of samples to whose casters the Sun is a point.
 //
 // highest : that a caster may stand over them [m]
@@ -144,8 +146,14 @@ void main() {
 #endif
 #ifdef SEARCH
     Samples samples = Samples(of_group, steps, point_of(group), group, int(samples_of(group)));
-    lit_fraction = disc_past(sun_depths, sun_behind, atlas.map, samples, highest, atlas.reach,
-                             sun_limb_u, sun_limb_v, evenly_spread(vec2(cell_of_point(at))));
+    vec2 turn = evenly_spread(vec2(cell_of_point(at)));
+#ifdef SLABS
+    lit_fraction = disc_past(sun_slabs, sun_slabs, atlas.map, samples, highest, atlas.reach, sun_limb_u,
+                             sun_limb_v, turn);
+#else
+    lit_fraction = disc_past(sun_depths, sun_behind, atlas.map, samples, highest, atlas.reach, sun_limb_u,
+                             sun_limb_v, turn);
+#endif
 #elif defined(NEIGHBOURS)
     lit_fraction = vec4(lit_near(atlas.map, of_group, steps, group, highest));
 #else

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import moderngl
 import numpy as np
 
-from simgl.arrays import AnyArray
+from simgl.arrays import AnyArray, Mask
 from simgl.gpu.fullscreen import Screen
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import all_or_nothing
@@ -40,6 +40,8 @@ from simgl.passes.shared_blocks import (
 from simgl.passes.texture_store import IMAGE_UNITS
 from simgl.view.raster_tiles import RasterTile
 
+# Of the byte of a block, the bits that hold its pages; the bit above tells whether it is bare.
+_COUNT = 127
 # A point that is not there.
 EMPTY = -1.0
 # The targets of shaders/gbuffer/gbuffer.frag; those with images and vertex colours have more.
@@ -54,9 +56,12 @@ class GBufferPass:
 
     The depth buffer then says which points are that spacecraft's, and which of its materials are
     layered, so that even a renderer without real branches spends on a point only what it needs.
+    Points of several spacecraft are marked before they are looked up; where there is one, nearly
+    all of them are its own, and they are marked as they are looked up.
     """
 
     marking = State(depth=True, depth_func="1", write_color=False)
+    looking_up = State(depth=True, depth_func="1")
     colour_only = State()
 
     @all_or_nothing
@@ -94,7 +99,8 @@ class GBufferPass:
         visibility.use(_VISIBILITY_UNIT)
         self.colour_only.apply(self._ctx, groups, (0, 0, *cells), (0, 0, *cells))
         self._grouping_for(tile.cells.texels).draw()
-        entries, first = page_table(self._page_counts(textures_of(groups)[1], blocks))
+        counts, bare = self._page_counts(textures_of(groups)[1], blocks)
+        entries, first = page_table(counts)
         page_entries = self._page_entries.written(entries)
         point_groups = self._groups_of_points(textures_of(groups), page_entries, len(entries))
         detailed = any("DETAILED" in drawn.view.model.variant for drawn in spacecraft)
@@ -102,7 +108,8 @@ class GBufferPass:
         (target,) = self._targets[_DETAILED if detailed else _PLAIN].covering(size)
         depth = target.depth_attachment
         assert isinstance(depth, moderngl.Renderbuffer)
-        if any(drawn.lit_bodies for drawn in spacecraft):
+        by_rays = any(drawn.lit_bodies for drawn in spacecraft)
+        if by_rays:
             # Read on the CPU.
             self.colour_only.apply(self._ctx, target, (0, 0, *size), (0, 0, *size))
             target.clear(EMPTY, EMPTY, EMPTY, EMPTY, viewport=(0, 0, *size))
@@ -112,6 +119,8 @@ class GBufferPass:
             groups=textures_of(groups),
             point_groups=point_groups,
             entries=entries,
+            bare=bare,
+            of_one=len(spacecraft) == 1 and not by_rays,
             page_entries=page_entries,
             block_pages=self._block_pages.written(first),
             textures=textures_of(target),
@@ -119,15 +128,18 @@ class GBufferPass:
             depth=depth,
         )
 
-    def _page_counts(self, second_groups: moderngl.Texture, blocks: tuple[int, int]) -> AnyArray:
-        """(rows, columns) uint8, of each block of cells."""
+    def _page_counts(
+        self, second_groups: moderngl.Texture, blocks: tuple[int, int]
+    ) -> tuple[AnyArray, Mask]:
+        """(rows, columns) uint8, of each block of cells; whether a sample of it sees nothing."""
         (counts,) = self._counts.covering(blocks)
         second_groups.use(CELL_GROUPS["second_groups"])
         area = (0, 0, *blocks)
         self.colour_only.apply(self._ctx, counts, area, area)
         self._counting.draw()
         data = counts.read(viewport=area, components=1, alignment=1, dtype="u1")
-        return np.frombuffer(data, dtype=np.uint8).reshape(blocks[::-1])
+        found = np.frombuffer(data, dtype=np.uint8).reshape(blocks[::-1])
+        return found & _COUNT, found > _COUNT
 
     def _groups_of_points(
         self, groups: Sequence[moderngl.Texture], page_entries: moderngl.Texture, rows: int
@@ -157,10 +169,11 @@ class GBufferPass:
         tables.vertices.use(_VERTICES_UNIT)
         if "LAYERED" in model.variant:
             self._meshes.bind_materials(model)
-        self.marking.apply(self._ctx, points.framebuffer, area, area)
-        # Drawn, not cleared: both come to the depth buffer's bits in the same way.
-        self._unmarked.draw()
-        self._marks_for(model.variant).draw()
+        if not points.of_one:
+            self.marking.apply(self._ctx, points.framebuffer, area, area)
+            # Drawn, not cleared: both come to the depth buffer's bits in the same way.
+            self._unmarked.draw()
+            self._marks_for(model.variant).draw()
         variant = tuple(d for d in model.variant if d == "DETAILED")
         if variant:
             self._meshes.bind_surface(model)
@@ -176,7 +189,12 @@ class GBufferPass:
             if motion.joint_rates is not None:
                 self._meshes.bind_joint_rates(motion)
                 variant += ("JOINTS_MOVE",)
-        draw_marked(self._ctx, points.framebuffer, points, self._look_up_for(variant))
+        if not points.of_one:
+            draw_marked(self._ctx, points.framebuffer, points, self._look_up_for(variant))
+            return
+        layered = ("LAYERED",) * ("LAYERED" in model.variant)
+        self.looking_up.apply(self._ctx, points.framebuffer, area, area)
+        self._look_up_for((*variant, *layered, "MARK_AT")).draw()
 
     def _marks_for(self, variant: tuple[str, ...]) -> Screen:
         """The shader that marks the points of models of a variant."""
@@ -222,13 +240,13 @@ class GBufferPass:
                 "gbuffer/gbuffer",
                 OTHERS,
                 [TILE, SPACECRAFT]
-                + [MATERIALS] * detailed
+                + [MATERIALS] * (detailed or "LAYERED" in variant)
                 + [JOINTS] * ("JOINTED" in variant)
                 + [JOINT_RATES] * ("JOINTS_MOVE" in variant),
                 samplers
                 | (IMAGE_UNITS if detailed else {})
                 | ({"vertex_light": _LIGHT_UNIT} if lit else {}),
-                dict.fromkeys(variant, 1),
+                {name: MARKED if name == "MARK_AT" else 1 for name in variant},
             )
         return self._lookups[variant]
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import moderngl
 import numpy as np
 
-from simgl.arrays import AnyArray, IndexArray
+from simgl.arrays import AnyArray, IndexArray, Mask
 from simgl.gpu.fullscreen import Screen
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.uniform_blocks import Block
@@ -104,6 +104,8 @@ class ShadingPoints:
     groups : in the order of ``CELL_GROUPS``, RGBA32UI: of each cell the samples of its groups
     point_groups : R32UI, of each point the samples of its group, 0 where there is none
     entries : (rows of squares, ENTRIES) of ``page_table``
+    bare : (rows, columns) of the blocks of cells, whether a sample there sees nothing
+    of_one : whether all are looked up for one spacecraft, and none is read on the CPU
     page_entries, block_pages : R32UI, the same, and the first page of each block
     textures : in the order of the targets of shaders/gbuffer/gbuffer.frag, RGBA32F
     framebuffer : of the textures
@@ -115,6 +117,8 @@ class ShadingPoints:
     groups: tuple[moderngl.Texture, ...]
     point_groups: moderngl.Texture
     entries: AnyArray
+    bare: Mask
+    of_one: bool
     page_entries: moderngl.Texture
     block_pages: moderngl.Texture
     textures: tuple[moderngl.Texture, ...]

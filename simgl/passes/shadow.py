@@ -13,14 +13,19 @@ from simgl.gpu.uniform_blocks import Block, UniformBuffer
 from simgl.lru_cache import MANY, LruCache
 from simgl.passes.caster_bounds import CasterBounds
 from simgl.passes.caster_planes import CasterPlanes
+from simgl.passes.caster_slabs import CasterSlabs
 from simgl.passes.mesh_store import MeshStore
 from simgl.passes.outline_program import OutlineProgram
 from simgl.view.shadow_views import CELL, REACHES, ShadowMap, ShadowView
 
 # Of the maps that are cached; an image of more spacecraft caches as many as it needs.
-MAX_BYTES = 256 << 20
+MAX_BYTES = 512 << 20
 # More cameras than this seldom share a state: maps that were asked for more often outlast it.
 _LASTING = 4
+# Columns beside the maps, whose edges are powers of two: without them all rows of a texture would
+# share a few lines of a processor's cache, and drive each other out of it. So a row of depths, and
+# one of slabs, is an odd number of lines of 64 bytes.
+_SPARE, _SPARE_SLABS = 16, 4
 # Of the parts that a map is drawn in, those that read no other.
 _READING_NO_OTHER = 2
 
@@ -60,6 +65,7 @@ class ShadowPass:
         )
         self._bounds = CasterBounds(ctx)
         self._planes = CasterPlanes(ctx)
+        self._slabs = CasterSlabs(ctx)
         self._caster = UniformBuffer(ctx, _CASTER)
         self._unused: list[_ShadowAtlas] = []
         self._atlases = LruCache[bytes, _ShadowAtlas](
@@ -67,13 +73,15 @@ class ShadowPass:
         )
 
     def cast(self, views: Sequence[ShadowView]) -> list[tuple[moderngl.Texture, ...]]:
-        """Depths, behind, tops and planes of each view's maps, the close one right of the wide one.
+        """Depths, behind, tops, planes and slabs of each view's maps, the close one right of the
+        wide one.
 
         depths : nearest surface that faces the Sun, 0..1, and below it nearest that faces away
         behind : nearest that faces the Sun behind the one that faces away
         tops : bounds on the nearest depth around each place, see ``shadow/tops.frag``
-        planes : over the casters around each place, see ``shadow/planes.frag``; undefined without
-            a close map
+        planes : over the casters around each place, see ``shadow/planes.frag``
+        slabs : the depths and behind together, see ``shadow/slabs.frag``; both undefined without a
+            close map
 
         Only the depths are drawn, the others by ``complete``: a renderer on the CPU waits where a
         draw reads a texture that is still being drawn. Until then it works on these, and the caller
@@ -176,6 +184,15 @@ class ShadowPass:
             self._planes.draw(atlas.textures[0], column, one.size, atlas.planes)
             column += one.size
 
+    def _draw_slabs(self, maps: Sequence[ShadowMap], atlas: _ShadowAtlas) -> None:
+        if len(maps) == 1:
+            return
+        depths, behind = atlas.textures[:2]
+        column = 0
+        for one in maps:
+            self._slabs.draw(depths, behind, column, one.size, atlas.slabs)
+            column += one.size
+
     def _clear(self, target: moderngl.Framebuffer) -> None:
         self.open_sheets.apply(self._ctx, target, (0, 0, *target.size))
         target.clear(depth=1.0)
@@ -202,7 +219,14 @@ class ShadowPass:
     def release(self) -> None:
         """Free everything."""
         self._atlases.clear()
-        shaders = self._caster, self._bounds, self._planes, self._program, self._behind
+        shaders = (
+            self._caster,
+            self._bounds,
+            self._planes,
+            self._slabs,
+            self._program,
+            self._behind,
+        )
         release_all(self._ctx, *self._unused, *shaders)
         self._unused.clear()
 
@@ -214,6 +238,7 @@ _PARTS = (
     ShadowPass._draw_behind,
     ShadowPass._draw_bounds,
     ShadowPass._draw_planes,
+    ShadowPass._draw_slabs,
 )
 
 
@@ -228,8 +253,8 @@ class _ShadowAtlas:
     def __init__(self, ctx: moderngl.Context, maps: Sequence[ShadowMap]) -> None:
         self.drawn = self.uses = 0
         self.sizes = sizes = tuple(one.size for one in maps)
-        depths = ctx.depth_texture((sum(sizes), 2 * max(sizes)))
-        behind = ctx.depth_texture((sum(sizes), max(sizes)))
+        depths = ctx.depth_texture((sum(sizes) + _SPARE, 2 * max(sizes)))
+        behind = ctx.depth_texture((sum(sizes) + _SPARE, max(sizes)))
         depths.compare_func = behind.compare_func = ""
         self.depths = ctx.framebuffer(depth_attachment=depths)
         self.behind = ctx.framebuffer(depth_attachment=behind)
@@ -238,13 +263,17 @@ class _ShadowAtlas:
         self.tops = ctx.framebuffer([tops])
         planes = ctx.texture((sum(sizes) // CELL, max(sizes) // CELL), 4, dtype="f4")
         self.planes = ctx.framebuffer([planes])
-        self.textures = (depths, behind, tops, planes)
+        # Only a close map has so many points to search that they are worth it.
+        texels = (sum(sizes) + _SPARE_SLABS, max(sizes)) if len(sizes) > 1 else (1, 1)
+        slabs = ctx.texture(texels, 4, dtype="f4")
+        self.slabs = ctx.framebuffer([slabs])
+        self.textures = (depths, behind, tops, planes, slabs)
         for texture in self.textures:
             texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
 
     def release(self) -> None:
         """Free everything."""
-        for framebuffer in (self.depths, self.behind, self.tops, self.planes):
+        for framebuffer in (self.depths, self.behind, self.tops, self.planes, self.slabs):
             framebuffer.release()
         for texture in self.textures:
             texture.release()
@@ -255,4 +284,5 @@ def _atlas_bytes(maps: Sequence[ShadowMap]) -> int:
     sizes = [one.size for one in maps]
     tops = sum(one.bounds_width for one in maps) * max(sizes) // CELL
     planes = (sum(sizes) // CELL) * (max(sizes) // CELL)
-    return 4 * sum(sizes) * 3 * max(sizes) + 8 * tops + 16 * planes
+    slabs = sum(sizes) * max(sizes) if len(sizes) > 1 else 0
+    return 4 * sum(sizes) * 3 * max(sizes) + 8 * tops + 16 * (planes + slabs)

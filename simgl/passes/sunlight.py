@@ -37,7 +37,13 @@ from simgl.view.spacecraft_view import SpacecraftView
 
 _GBUFFER_UNITS = gbuffer_units("position", "normal_roughness", "face_normal")
 # In the order of the shadow pass's textures. Sunlight is drawn before what reads the sky.
-_SHADOW_UNITS = {"sun_depths": 12, "sun_behind": 13, "sun_tops": 14, "sun_planes": 15}
+_SHADOW_UNITS = {
+    "sun_depths": 12,
+    "sun_behind": 13,
+    "sun_tops": 14,
+    "sun_planes": 15,
+    "sun_slabs": 10,
+}
 _POINTS_UNIT, _FIRST = 22, {"sunlight": 11}
 
 
@@ -55,15 +61,17 @@ class SunlightPass:
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        depths, behind, tops, planes = ({name: unit} for name, unit in _SHADOW_UNITS.items())
-        near = _GBUFFER_UNITS | POINT_GROUPS | depths
-        listed = near | _FIRST | {"searched_points": _POINTS_UNIT}
+        depths, behind, tops, planes, slabs = ({name: unit} for name, unit in _SHADOW_UNITS.items())
+        grouped = _GBUFFER_UNITS | POINT_GROUPS
+        listed = grouped | _FIRST | {"searched_points": _POINTS_UNIT}
+        searched = listed | PAGE_ENTRIES
         # By the way in which it is drawn.
         self._samplers = {
-            (): near | tops,
+            (): grouped | depths | tops,
             ("PLANES",): _GBUFFER_UNITS | tops | planes,
-            ("SEARCH",): listed | behind | PAGE_ENTRIES,
-            ("NEIGHBOURS",): listed,
+            ("SEARCH",): searched | depths | behind,
+            ("SEARCH", "SLABS"): searched | slabs,
+            ("NEIGHBOURS",): listed | depths,
         }
         # By that, by how a spacecraft moves, and by whether open sheets shade it.
         self._screens: dict[tuple[str, ...], Screen] = {}
@@ -110,11 +118,14 @@ class SunlightPass:
         if drawn.view.sun_irradiance.any():
             self._bind(tile, points, drawn)
             variant = _variant(drawn.view)
-            # In a close map texels are small against what stands on a spacecraft: most are free.
-            way = ("PLANES",) if drawn.view.shadow.close is not None else ()
-            draw_marked(self._ctx, sunlight, points, self._screen_for(way, variant))
+            # In a close map texels are small against what stands on a spacecraft: most points are
+            # free, but many of those that are not are to be searched.
+            close = drawn.view.shadow.close is not None
+            first = ("PLANES",) if close else ()
+            search = ("SEARCH", "SLABS") if close else ("SEARCH",)
+            draw_marked(self._ctx, sunlight, points, self._screen_for(first, variant))
             shares.use(_FIRST["sunlight"])
-            self._look_for_the_rest(points, variant)
+            self._look_for_the_rest(points, search, variant)
         (results,), (pages,) = self._results.covering((1, 1)), self._pages.covering((1, 1))
         return shares, *textures_of(results), *textures_of(pages)
 
@@ -130,7 +141,9 @@ class SunlightPass:
         for unit, texture in zip(_SHADOW_UNITS.values(), drawn.shadow_maps, strict=True):
             texture.use(unit)
 
-    def _look_for_the_rest(self, points: ShadingPoints, variant: tuple[str, ...]) -> None:
+    def _look_for_the_rest(
+        self, points: ShadingPoints, search: tuple[str, ...], variant: tuple[str, ...]
+    ) -> None:
         """Draw the points that are still unknown: those to search, and below them the others."""
         masks = self._unknown_points(points)
         if not masks.any():
@@ -139,11 +152,12 @@ class SunlightPass:
         rows = [len(listed) for listed, _ in lists]
         self._points.written(np.concatenate([listed for listed, _ in lists])).use(_POINTS_UNIT)
         (results,) = self._results.covering((COLUMNS, sum(rows)))
-        for way, first, count in zip(("SEARCH", "NEIGHBOURS"), (0, rows[0]), rows, strict=True):
+        ways = search, ("NEIGHBOURS",)
+        for way, first, count in zip(ways, (0, rows[0]), rows, strict=True):
             if count:
                 area = (0, first, COLUMNS, count)
                 self.colour_only.apply(self._ctx, results, area, area)
-                self._screen_for((way,), variant).draw()
+                self._screen_for(way, variant).draw()
         searched, near = (pages for _, pages in lists)
         near[near != 0] += np.uint32(rows[0] * COLUMNS << 4)
         self._pages.written(np.stack([searched, near], axis=-1))

@@ -16,6 +16,8 @@ from simgl.view.background import PlanetView
 TILE, PARTS = 16, 2
 # Tiles along each edge of a larger one, where they change so evenly.
 MERGED = 2
+# A pixel may show what is seen so far around it [pixels]: widest ramp to its neighbours.
+_SEEN_AROUND = 2
 # What may change along a tile's edge. Between its corners a place lies off by an eighth of the
 # slant's change, in edges: 1/8 pixel; light that falls by e while the Sun's cosine changes by c is
 # off by 1 / 8 of the squared change over c, 0.1 %.
@@ -170,6 +172,41 @@ def tiles_of(
         BackgroundTiles(**{name: array[face] for name, array in arrays.items()})
         for face in range(len(planets))
     ]
+
+
+def tiles_behind(bare: Mask, corner: tuple[int, int], edge: float, size: tuple[int, int]) -> Mask:
+    """(rows, columns) tiles of an image in which spacecraft hide all that is behind them.
+
+    Of tiles that may be drawn as one (``MERGED``) all or none, so that those beside hidden ones are
+    drawn as always.
+
+    bare : (rows, columns) of blocks, whether something is seen past the spacecraft there
+    corner : x, y of the first block [pixels]; beyond the blocks nothing hides anything
+    edge : of a block [pixels]
+    size : width and height of the image [pixels]; the last tiles may reach past it
+    """
+    sums = np.zeros(tuple(n + 1 for n in bare.shape), dtype=np.int64)
+    sums[1:, 1:] = bare.cumsum(axis=0).cumsum(axis=1)
+    step = TILE * MERGED
+
+    def blocks(first: int, count: int, length: int) -> tuple[IndexArray, IndexArray, Mask]:
+        """First and end of the blocks of each large tile along an axis; whether they hold it."""
+        low = step * np.arange(-(-length // step))
+        high = np.minimum(low + step, length) + _SEEN_AROUND
+        low = np.maximum(low - _SEEN_AROUND, 0)
+        high = np.minimum(high, length)
+        start = np.floor((low - first) / edge).astype(np.int64)
+        end = np.ceil((high - first) / edge).astype(np.int64)
+        inside = (start >= 0) & (end <= count)
+        return start.clip(0, count), end.clip(0, count), inside
+
+    left, right, in_columns = blocks(corner[0], bare.shape[1], size[0])
+    top, bottom, in_rows = blocks(corner[1], bare.shape[0], size[1])
+    across = sums[:, right] - sums[:, left]
+    none = across[bottom] == across[top]
+    hidden = split(none & in_columns & in_rows[:, None], MERGED)
+    columns, rows = (-(-length // TILE) for length in size)
+    return hidden[:rows, :columns]
 
 
 def _frosted(planet: PlanetView, corners: Corners) -> Mask:

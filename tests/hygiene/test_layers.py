@@ -88,6 +88,7 @@ SHARED_PASSES = {
     "simgl.passes.background.earth_air",
     "simgl.passes.caster_bounds",
     "simgl.passes.caster_planes",
+    "simgl.passes.caster_slabs",
     "simgl.passes.drawn_spacecraft",
     "simgl.passes.mesh_store",
     "simgl.passes.outline_program",

@@ -41,13 +41,13 @@ def _drawn_maps(gl: moderngl.Context) -> tuple[ShadowMap, Array32, Array32, Arra
     view = shadow_view(state, ball, camera.camera, sun, body_from_camera)
     meshes = MeshStore(gl)
     shadows = ShadowPass(gl, meshes)
-    ((depths, _, tops, _),) = shadows.cast([view])
+    ((depths, _, tops, *_),) = shadows.cast([view])
     shadows.complete([view])
     size = view.wide.size
     texture = gl.texture((size // CELL, size // CELL), 4, dtype="f4")
     target, planes = gl.framebuffer([texture]), CasterPlanes(gl)
     planes.draw(depths, 0, size, target)
-    drawn = np.frombuffer(depths.read(), "<f4").reshape(depths.height, depths.width)[:size]
+    drawn = np.frombuffer(depths.read(), "<f4").reshape(depths.height, depths.width)[:size, :size]
     bounds = np.frombuffer(tops.read(), "<f4").reshape(tops.height, tops.width, 2)
     over = np.frombuffer(texture.read(), "<f4").reshape(texture.height, texture.width, 4)
     release_all(gl, target, texture, planes, shadows, meshes)

@@ -113,7 +113,11 @@ class PlanetPass:
         return weather
 
     def draw(
-        self, background: Background, target: moderngl.Framebuffer, area: tuple[int, int, int, int]
+        self,
+        background: Background,
+        target: moderngl.Framebuffer,
+        area: tuple[int, int, int, int],
+        hidden: Mask | None = None,
     ) -> None:
         """Fill a rectangle with the Earth [W m-2 sr-1].
 
@@ -121,9 +125,12 @@ class PlanetPass:
         they are seen past the Earth.
 
         area : x, y, width, height [pixels]
+        hidden : (rows, columns) of its tiles in which nothing of this is seen; what they hold
+            then is undefined
         """
         if background.planet is not None:
-            self._draw_earths([self._sunlit(background, background.planet, target, area)])
+            earth = self._sunlit(background, background.planet, target, area)
+            self._draw_earths([earth], hidden)
             return
         state = self._over(background)
         state.apply(self._ctx, target, area, area)
@@ -183,9 +190,14 @@ class PlanetPass:
             noise=not one.far,
         )
 
-    def _draw_earths(self, earths: Sequence[LitEarth]) -> None:
-        """Images of one size from one place in one light, in sunlight and moonlight."""
+    def _draw_earths(self, earths: Sequence[LitEarth], hidden: Mask | None = None) -> None:
+        """Images of one size from one place in one light, in sunlight and moonlight.
+
+        hidden : tiles of which nothing is seen in any of them
+        """
         tiles = self._tiles(earths)
+        if hidden is not None:
+            tiles = [seen.within(~hidden) for seen in tiles]
         nights = [
             seen.any & (seen.low < moonlit_below(lit.planet))
             for lit, seen in zip(earths, tiles, strict=True)
