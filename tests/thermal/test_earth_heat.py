@@ -63,7 +63,7 @@ def test_a_plate_gets_the_light_that_a_white_plate_shows(
     # Over maps, clouds and air: the image of a white plate that looks down, and its heat load.
     down = facing(0.0, 0.0)
     seen = before(plate(lambert(1.0)), attitude(down), -UP, zenith, earth=WGS84)
-    shown = as_irradiance(radiance(gl, seen))
+    shown = as_irradiance(radiance(gl, seen).astype(np.float64))
     with Simulator(seen, gl) as simulator:
         reflected, _ = on_the_plate(simulator, seen)
     assert reflected / ALL_WAVELENGTHS == pytest.approx(shown, rel=0.02)
