@@ -199,16 +199,14 @@ class Simulator:
         with current(self._ctx), freed_on_error(self._ctx):
             for place, (camera, products) in enumerate(cameras.items()):
                 still = self._still(state, camera, seed, draw)
+                check_products(still.camera, products, self.scenario.name)
+                frames = self._scene_frames(still, frozenset(products))
                 if still.camera.thermal is not None:
-                    if temperatures is None:
-                        temperatures = self.thermal_bodies.steady(state)
-                    check_products(still.camera, products, self.scenario.name)
+                    temperatures = temperatures or self.thermal_bodies.steady(state)
                     view_of = partial(self._view, camera=camera)
                     warm = ThermalScene(still, self.thermal_bodies, temperatures, during, view_of)
-                    frames = self._scene_frames(still, frozenset(products))
                     unread.append(_Drawn(thermal_capture(frames, warm, frozenset(products))))
                     continue
-                frames = self._scene_frames(still, frozenset(products))
                 counts = Product.DN in products or Product.ELECTRONS in products
                 electrons = self._electrons(self._over_exposure(still, during)) if counts else None
                 unread.append(self._with_counts(frames, still, electrons, products, place))

@@ -57,16 +57,16 @@ def clear_transmission(band: tuple[float, float]) -> float:
     return 0.45 if middle < 5.5e-6 else 0.10
 
 
-def longwave_radiance(temperature: ArrayLike, *, clouds_apart: bool) -> Array:
+def longwave_radiance(temperature: ArrayLike, *, separate_clouds: bool) -> Array:
     """(...) radiance to space at all wavelengths of ground at a temperature, or of cloud whose top
     has it [W m-2 sr-1].
 
-    clouds_apart : cloud is drawn; else the flux is that of the usual clouds over such ground
+    separate_clouds : cloud is drawn; else the flux is that of the usual clouds over such ground
 
     The flux is linear, as the air over warmer ground holds more vapour (Budyko 1969). Down to cloud
     at 10 km, with little vapour above it, that stays within 10 % of a black body.
     """
-    level = CLEAR_LONGWAVE if clouds_apart else MEAN_LONGWAVE
+    level = CLEAR_LONGWAVE if separate_clouds else MEAN_LONGWAVE
     flux = level + _PER_KELVIN * (np.asarray(temperature, dtype=np.float64) - _MEAN)
     return np.asarray(np.maximum(flux, 0.0) / np.pi)
 

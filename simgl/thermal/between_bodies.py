@@ -114,8 +114,8 @@ def scene_heat_loads(
     known : the ``neighbours`` of the scene, where they are
     """
     near = neighbours(bodies, state) if known is None else known
-    alone = {name: body for name, body in bodies.items() if name not in near.hidden}
-    loads = {name: heat_loads(body, state, skies[name]) for name, body in alone.items()}
+    far = {name: body for name, body in bodies.items() if name not in near.hidden}
+    loads = {name: heat_loads(body, state, skies[name]) for name, body in far.items()}
     together = {name: bodies[name] for name in near.hidden}
     if not together:
         return loads

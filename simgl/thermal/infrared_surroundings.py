@@ -110,7 +110,7 @@ def _longwave(law: str) -> Array32:
     if law == "black body":
         radiance = STEFAN_BOLTZMANN / np.pi * temperatures**4
     else:
-        radiance = longwave_radiance(temperatures, clouds_apart=law == "clear air")
+        radiance = longwave_radiance(temperatures, separate_clouds=law == "clear air")
     return np.stack([radiance, radiance], axis=1).astype(np.float32)
 
 

@@ -25,7 +25,7 @@ def zonal(x: np.ndarray, day: float) -> np.ndarray:
 def test_240_watts_leave_each_square_metre_in_the_mean(day: float) -> None:
     # The sine of latitude is uniform over a sphere.
     x, weight = np.polynomial.legendre.leggauss(16)
-    flux = np.pi * longwave_radiance(zonal(x, day), clouds_apart=False)
+    flux = np.pi * longwave_radiance(zonal(x, day), separate_clouds=False)
     assert 0.5 * weight @ flux == pytest.approx(240.0, abs=1e-9)
 
 
@@ -43,10 +43,10 @@ def test_cloud_tops_send_no_more_than_black_bodies() -> None:
     # From the tropopause to warm ground; the linear law crosses a black body's at its cold end.
     kelvin = np.linspace(200.0, 305.0, 100)
     black = STEFAN_BOLTZMANN * kelvin**4
-    flux = np.pi * longwave_radiance(kelvin, clouds_apart=True)
+    flux = np.pi * longwave_radiance(kelvin, separate_clouds=True)
     assert np.all(flux < 1.03 * black)
     assert np.all(np.diff(flux) > 0.0)
-    high, ground = np.pi * longwave_radiance(np.array([223.0, 300.0]), clouds_apart=True)
+    high, ground = np.pi * longwave_radiance(np.array([223.0, 300.0]), separate_clouds=True)
     assert high == pytest.approx(STEFAN_BOLTZMANN * 223.0**4, rel=0.1)
     assert high < 0.5 * ground
 

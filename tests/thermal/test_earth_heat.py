@@ -16,6 +16,8 @@ from simgl.spacecraft_skies import ALL_WAVELENGTHS
 from simgl.thermal.heat_loads import outer_light
 from simgl.thermal.history import ThermalState
 from tests.passes.earth_light_scenes import (
+    EARTH,
+    PLACE,
     UP,
     as_irradiance,
     attitude,
@@ -63,7 +65,7 @@ def test_a_plate_gets_the_light_that_a_white_plate_shows(
     # Over maps, clouds and air: the image of a white plate that looks down, and its heat load.
     down = facing(0.0, 0.0)
     seen = before(plate(lambert(1.0)), attitude(down), -UP, zenith, earth=WGS84)
-    shown = as_irradiance(radiance(gl, seen))
+    shown = as_irradiance(radiance(gl, seen).astype(np.float64))
     with Simulator(seen, gl) as simulator:
         reflected, _ = on_the_plate(simulator, seen)
     assert reflected / ALL_WAVELENGTHS == pytest.approx(shown, rel=0.02)
@@ -120,6 +122,23 @@ def test_high_cloud_sends_less_than_clear_land_and_sea_beside_it(clouded: Simula
     assert taken.max() > 3.0 * taken.min()
     cold, warm = fluxes[np.argmax(taken)], fluxes[np.argmin(taken)]
     assert cold < warm - 10.0
+
+
+def test_spacecraft_that_share_a_sky_turn_it(gl: moderngl.Context) -> None:
+    # The second spacecraft of a place sees the sky that was drawn in the axes of the first one.
+    down, zenith = facing(0.0, 0.0), 60.0
+    beside = {
+        "model": NADIR_PLATE,
+        "position_icrf_m": (PLACE + np.array([0.0, 0.0, 10.0])).tolist(),
+        "quaternion_icrf_from_body_xyzw": attitude(np.array([0.6, 0.0, 0.8])).as_quat().tolist(),
+    }
+    got = []
+    for other in (None, beside):
+        scenario = before(NADIR_PLATE, attitude(down), -UP, zenith, earth=EARTH, beside=other)
+        with Simulator(scenario, gl) as simulator:
+            got.append(on_the_plate(simulator, scenario))
+    # Cells of 1.9 deg, of which the limb crosses some, are turned to the nearest.
+    np.testing.assert_allclose(got[1], got[0], rtol=0.01)
 
 
 def test_the_heat_of_the_sun_does_not_depend_on_the_bands(gl: moderngl.Context) -> None:

@@ -79,6 +79,12 @@ DAMAGES = (
         ' [earth]: atmosphere goes with an Earth, got shape = "none"',
     ),
     Damage(
+        "heat of an Earth with maps",
+        SHAPE,
+        f"{SHAPE}\nlongwave_w_m2 = 239.0",
+        " [earth]: longwave_w_m2 goes with an albedo; an Earth with maps has a climate and clouds",
+    ),
+    Damage(
         "airglow without air",
         SHAPE,
         'shape = "wgs84"\natmosphere = "none"\nairglow = true',
