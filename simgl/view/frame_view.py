@@ -78,8 +78,8 @@ class FrameView:
 
         share : of each row's exposure (height,) that the view stands for
         """
-        whole = np.all(share == 1.0) or (self.field is None and np.all(share[share != 0.0] == 1.0))
-        return bool(whole)
+        full = np.all(share == 1.0) or (self.field is None and np.all(share[share != 0.0] == 1.0))
+        return bool(full)
 
     @property
     def touched(self) -> tuple[int, int, int, int]:
