@@ -15,7 +15,7 @@ from simgl.camera.pinhole_fields import pinhole_fields
 from simgl.errors import ConfigError
 from simgl.gpu.context import current, is_software
 from simgl.gpu.release import all_or_nothing, release_all
-from simgl.gpu.render_targets import Format, ImageTarget, TargetStore, can_draw, largest_edge
+from simgl.gpu.render_targets import Format, ImageTarget, TargetStore, drawable_part, largest_edge
 from simgl.gpu.timers import PassTimer
 from simgl.passes.background.air import AtmospherePass
 from simgl.passes.background.diffuse_sky import DiffuseSkyPass
@@ -116,7 +116,7 @@ class Renderer:
             return
         if size not in self._drawable:
             with current(self._ctx):
-                self._drawable[size] = self._drawable_part(size)
+                self._drawable[size] = drawable_part(self._ctx, size)
         possible = self._drawable[size]
         if possible != size:
             given = f"{camera.detector.width} x {camera.detector.height}"
@@ -126,12 +126,6 @@ class Renderer:
             other = f"{possible[0]} x {possible[1]}"
             problem = f"are {given}; {renderer} cannot draw that, but could draw {other}"
             raise ConfigError(f"[camera.{camera.name}]", "width_px, height_px", problem)
-
-    def _drawable_part(self, size: tuple[int, int]) -> tuple[int, int]:
-        """An image size, or the first of its halves, quarters and so on that can be drawn."""
-        while size != (1, 1) and not can_draw(self._ctx, size):
-            size = max(size[0] // 2, 1), max(size[1] // 2, 1)
-        return size
 
     def prepare(
         self,
@@ -154,10 +148,9 @@ class Renderer:
     def radiance(self, view: FrameView) -> ImageTarget:
         """Radiance per band [W m-2 sr-1], RGBA32F; valid until the next call at this size."""
         target = self._target(f"radiance {view.ramps}", view.camera, _BANDS)
-        hides = _hides_much(view)
-        if not hides:
+        if not view.hides_much:
             self._all_background(view, target)
-        self._lay_spacecraft(view, target, with_background=hides)
+        self._lay_spacecraft(view, target, with_background=view.hides_much)
         return target
 
     def radiance_during(
@@ -174,7 +167,7 @@ class Renderer:
         first = next(parts)
         target = self._target(f"radiance {first[0].ramps}", first[0].camera, _BANDS)
         one = self._target("one moment", first[0].camera, _BANDS)
-        if _is_separate(*first):
+        if first[0].is_separate(first[1]):
             self._mean_background(behind, one, target)
             for view, _ in chain([first], parts):
                 self._lay_spacecraft(view, target)
@@ -219,16 +212,14 @@ class Renderer:
     def _lay_spacecraft(
         self, view: FrameView, target: ImageTarget, *, with_background: bool = False
     ) -> None:
-        """Lay them over what a target holds; with the background, as far as it is seen past those
-        of the first tile."""
+        """Over what a target holds, or over the background as it is seen past the first tile."""
         for seen in view.pinholes:
             lens = self._distorted(seen)
-            for tile, points, (radiance,) in self._lit_tiles(seen):
-                if with_background:
+            for number, (tile, points, (radiance,)) in enumerate(self._lit_tiles(seen)):
+                if with_background and number == 0:
                     edge = BLOCK / tile.sample_grid.cells_per_edge
                     hidden = tiles_behind(points.bare, (tile.x, tile.y), edge, target.size)
                     self._background(seen, target, hidden=hidden)
-                    with_background = False
                 with self.timer.measure("resolve"):
                     self._resolve.draw(tile, points, radiance, target.framebuffer, lens, view.ramps)
 
@@ -274,7 +265,7 @@ class Renderer:
         """What is behind the spacecraft.
 
         rows : first and end of those where the Earth is needed; None for all
-        hidden : tiles of all rows where it is not, as ``tiles_behind`` gives them
+        hidden : tiles of all rows where it is not (``tiles_behind``)
         """
         if view.background.planet is not None:
             with self.timer.measure("air"):
@@ -306,9 +297,8 @@ class Renderer:
         return self._thermal.draw_sky(view, surroundings)
 
     def _distorted(self, view: FrameView) -> DistortedView | None:
-        if view.field is None:
-            return None
-        return DistortedView(field=view.field, places=self._warp.places(view.field))
+        f = view.field
+        return None if f is None else DistortedView(field=f, places=self._warp.places(f))
 
     def _celestial(self, view: CelestialView, target: ImageTarget) -> None:
         """What lies beyond the Earth, the farthest first."""
@@ -459,17 +449,3 @@ class Renderer:
 def _blacken(target: ImageTarget) -> None:
     # With the area, for a clear without one keeps to the scissor of the last draw.
     target.framebuffer.clear(viewport=(0, 0, *target.size))
-
-
-def _hides_much(view: FrameView) -> bool:
-    """Whether the spacecraft of the first tile may hide so much of the background that it is worth
-    waiting for them, and not to work on the CPU meanwhile."""
-    if view.field is not None or not view.tiles or view.tiles[0].window is not None:
-        return False
-    tile, d = view.tiles[0], view.camera.detector
-    return 2 * tile.width * tile.height > d.width * d.height
-
-
-def _is_separate(view: FrameView, share: Array) -> bool:
-    """Whether each row belongs to one part of an exposure, which draws in no other."""
-    return bool(np.all(share == 1.0) or (view.field is None and np.all(share[share != 0.0] == 1.0)))

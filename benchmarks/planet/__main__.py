@@ -130,7 +130,7 @@ def main(
         target = ImageTarget(ctx, SIZE, (Format("f4", 4),))
         area = 0, 0, *SIZE
         draws: dict[str, Callable[[], None]] = {
-            name: partial(planet.draw, view, target.framebuffer, area)
+            name: partial(planet.draw, view, target.framebuffer, area, None)
             for name, view in _backgrounds().items()
         }
         for name in ("constant", "sphere"):

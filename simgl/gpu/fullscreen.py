@@ -29,7 +29,7 @@ class Screen:
         depth: float,
         blocks: Sequence[Block],
         samplers: Mapping[str, int],
-        defines: Mapping[str, int] | None = None,
+        defines: Mapping[str, float] | None = None,
         *,
         spare: Sequence[Block] = (),
         vertex: str = "common/fullscreen.vert",

@@ -154,6 +154,13 @@ def can_draw(ctx: moderngl.Context, size: tuple[int, int]) -> bool:
     return error == "GL_NO_ERROR"
 
 
+def drawable_part(ctx: moderngl.Context, size: tuple[int, int]) -> tuple[int, int]:
+    """An image size, or the first of its halves, quarters and so on that can be drawn."""
+    while size != (1, 1) and not can_draw(ctx, size):
+        size = max(size[0] // 2, 1), max(size[1] // 2, 1)
+    return size
+
+
 def largest_edge(ctx: moderngl.Context) -> int:
     """Largest width and height of an image on this driver [pixels]."""
     info = ctx.info

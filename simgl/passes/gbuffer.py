@@ -138,8 +138,8 @@ class GBufferPass:
         self.colour_only.apply(self._ctx, counts, area, area)
         self._counting.draw()
         data = counts.read(viewport=area, components=1, alignment=1, dtype="u1")
-        found = np.frombuffer(data, dtype=np.uint8).reshape(blocks[::-1])
-        return found & _COUNT, found > _COUNT
+        of_block = np.frombuffer(data, dtype=np.uint8).reshape(blocks[::-1])
+        return of_block & _COUNT, of_block > _COUNT
 
     def _groups_of_points(
         self, groups: Sequence[moderngl.Texture], page_entries: moderngl.Texture, rows: int
@@ -246,7 +246,7 @@ class GBufferPass:
                 samplers
                 | (IMAGE_UNITS if detailed else {})
                 | ({"vertex_light": _LIGHT_UNIT} if lit else {}),
-                {name: MARKED if name == "MARK_AT" else 1 for name in variant},
+                {name: MARKED if name == "MARK_AT" else 1.0 for name in variant},
             )
         return self._lookups[variant]
 

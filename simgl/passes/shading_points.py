@@ -22,6 +22,8 @@ ENTRIES, COLUMNS = 4 * _SQUARES, 4 * _SQUARES
 _PRESENT, _LAYER_BIT, _ROW_BIT = 1 << 31, 26, 13
 # In a texture of listed points: none.
 UNLISTED = 0xFFFFFFFF
+# Bits that are set in each mask of a page.
+_BITS = np.array([n.bit_count() for n in range(16)], dtype=np.uint32)
 # They fill squares of so many texels one after the other, so that neighbours stay together.
 _EDGE = 4
 # Texture units of the groups of cells, and of what tells a point's group, and its cell.
@@ -43,17 +45,18 @@ def page_table(counts: AnyArray) -> tuple[AnyArray, AnyArray]:
     returns : (rows of squares, ENTRIES) uint32, the entry of each page, 0 behind the last; (rows,
         columns) uint32, the first page of each block
     """
-    flat = counts.ravel().astype(np.int64)
-    ends = np.cumsum(flat)
+    flat = counts.ravel()
+    ends = np.cumsum(flat, dtype=np.uint32)
     first = ends - flat
     total = int(ends[-1])
     entries = np.zeros((max(1, -(-total // ENTRIES)), ENTRIES), dtype=np.uint32)
-    row, column = np.divmod(np.arange(len(flat)), counts.shape[1])
-    # What is the same for all pages of a block: the layer counts on from there.
-    of_block = (_PRESENT | row << _ROW_BIT | column) - (first << _LAYER_BIT)
-    pages = np.repeat(of_block, flat) + (np.arange(total) << _LAYER_BIT)
-    entries.reshape(-1)[:total] = pages
-    return entries, first.reshape(counts.shape).astype(np.uint32)
+    rows, columns = (np.arange(n, dtype=np.uint32) for n in counts.shape)
+    # What is the same for all pages of a block: the layer counts on from there. In 32 bits, which
+    # what is taken away and added again may leave.
+    of_block = (_PRESENT | rows[:, None] << _ROW_BIT | columns).ravel() - (first << _LAYER_BIT)
+    number = np.arange(total, dtype=np.uint32) << _LAYER_BIT
+    np.add(np.repeat(of_block, flat), number, out=entries.reshape(-1)[:total])
+    return entries, first.reshape(counts.shape)
 
 
 def texels_of_pages(pages: IndexArray) -> tuple[IndexArray, IndexArray]:
@@ -73,18 +76,20 @@ def listed_points(masks: AnyArray) -> tuple[AnyArray, AnyArray]:
     """
     flat = masks.ravel()
     pages = np.flatnonzero(flat)
-    bits = (flat[pages, None] >> np.arange(4, dtype=np.uint8)) & 1
-    ends = np.cumsum(bits.sum(axis=1, dtype=np.uint32), dtype=np.uint32)
-    before = np.zeros_like(ends)
-    before[1:] = ends[:-1]
+    listed = flat[pages]
+    count = _BITS[listed]
+    before = np.cumsum(count, dtype=np.uint32) - count
     results = np.zeros(flat.shape, dtype=np.uint32)
-    results[pages] = before << 4 | flat[pages]
-    of, corner = np.nonzero(bits)
-    row, column = texels_of_pages(pages[of])
-    points = (row + corner // 2) << 16 | column + corner % 2
-    rows = -(-len(points) // (_EDGE * COLUMNS))
+    results[pages] = before << 4 | listed
+    row, column = texels_of_pages(pages)
+    first = (row << 16 | column).astype(np.uint32)
+    rows = -(-int(count.sum()) // (_EDGE * COLUMNS))
     padded = np.full((rows, COLUMNS // _EDGE, _EDGE, _EDGE), UNLISTED, dtype=np.uint32)
-    padded.reshape(-1)[: len(points)] = points
+    points = padded.reshape(-1)
+    for corner in range(4):
+        has = np.flatnonzero(listed >> corner & 1)
+        below = _BITS[listed[has] & (1 << corner) - 1]
+        points[before[has] + below] = first[has] + np.uint32(corner // 2 << 16 | corner % 2)
     return padded.swapaxes(1, 2).reshape(-1, COLUMNS), results.reshape(masks.shape)
 
 
@@ -200,7 +205,7 @@ def point_shader(
     depth: float,
     blocks: Sequence[Block],
     samplers: Mapping[str, int],
-    defines: Mapping[str, int] | None = None,
+    defines: Mapping[str, float] | None = None,
 ) -> Screen:
     """A shader over the shading points of a tile, which the viewport holds, at a depth."""
     spare = [TILE, LAMPS, MATERIALS, JOINTS, JOINT_RATES]

@@ -128,6 +128,44 @@ class Mesh:
         )
         return float(np.sum(np.arctan2(numerator, denominator)) / (2.0 * np.pi))
 
+    def is_closed(self, chosen: IndexArray | None = None) -> bool:
+        """Whether the triangles leave no edge free: each has a neighbour wound the other way.
+
+        chosen : (k,) the triangles that count; None for all
+        """
+        triangles = self.triangles if chosen is None else self.triangles[chosen]
+        places = np.ascontiguousarray(self.positions + np.float32(0.0)).view("V12").ravel()
+        _, welded = np.unique(places, return_inverse=True)
+        corners = welded.reshape(-1)[triangles]
+        edges = np.stack([corners, np.roll(corners, -1, axis=1)], axis=-1).reshape(-1, 2)
+        one_way, other_way = (
+            np.sort(edges[:, a] * len(self.positions) + edges[:, 1 - a]) for a in (0, 1)
+        )
+        return bool(np.array_equal(one_way, other_way))
+
+    def distance(self, point: Array, chosen: IndexArray | None = None) -> float:
+        """From a point (3,) to the nearest of the triangles [m].
+
+        chosen : (k,) the triangles that count; None for all
+        """
+        triangles = self.triangles if chosen is None else self.triangles[chosen]
+        corners = np.moveaxis(self.positions[triangles].astype(np.float64) - point, 1, 0)
+        nearest2 = np.full(len(triangles), np.inf)
+        over = np.ones(len(triangles), dtype=bool)
+        a, b, c = corners
+        normal = np.cross(b - a, c - a)
+        for start, end in zip(corners, (b, c, a), strict=True):
+            edge = end - start
+            length2 = np.maximum(np.einsum("ij,ij->i", edge, edge), 1e-300)
+            along = np.clip(-np.einsum("ij,ij->i", start, edge) / length2, 0.0, 1.0)
+            foot = start + along[:, None] * edge
+            nearest2 = np.minimum(nearest2, np.einsum("ij,ij->i", foot, foot))
+            # Above the triangle the point lies on the inner side of each edge.
+            over &= np.einsum("ij,ij->i", np.cross(normal, edge), start) <= 0.0
+        area2 = np.einsum("ij,ij->i", normal, normal)
+        height2 = np.einsum("ij,ij->i", normal, a) ** 2 / np.maximum(area2, 1e-300)
+        return float(np.sqrt(np.min(np.where(over & (area2 > 0.0), height2, nearest2))))
+
 
 def hull_corners(points: Array) -> Array:
     """(k, 3) corners of the convex hull of points (n, 3).

@@ -62,6 +62,25 @@ def groups_of_parts(mesh: Mesh, joints: tuple[Joint, ...]) -> IndexArray:
     return groups
 
 
+@cached_with_mesh
+def are_closed(mesh: Mesh, joints: tuple[Joint, ...]) -> bool:
+    """Whether the groups of a mesh are closed surfaces."""
+    return all(mesh.is_closed(group.triangles) for group in rigid_groups(mesh, joints))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Known:
+    """Whether a point (3,) is inside a surface, and all others nearer to it than ``reach`` [m]."""
+
+    point: Array
+    inside: bool
+    reach: float
+
+
+# Of the points asked for last: those of a few cameras.
+_MAX_KNOWN = 8
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PosedMesh:
     """A mesh with its joints at some values.
@@ -131,6 +150,41 @@ class PosedMesh:
             stored = body_from_stored[:3, :3].T @ (point - body_from_stored[:3, 3])
             total += self.mesh.winding_number(stored, group.triangles)
         return total
+
+    def distance(self, point: Array) -> float:
+        """From a point (3,) in body axes to the nearest triangle [m]."""
+        motion = self.motion
+        if motion is None:
+            return self.mesh.distance(point)
+        nearest = np.inf
+        for group in self.groups:
+            body_from_stored = motion[group.index]
+            stored = body_from_stored[:3, :3].T @ (point - body_from_stored[:3, 3])
+            nearest = min(nearest, self.mesh.distance(stored, group.triangles))
+        return nearest
+
+    @cached_property
+    def _known(self) -> list[_Known]:
+        return []
+
+    def encloses(self, point: Array) -> bool:
+        """Whether a point (3,) in body axes lies inside the surface.
+
+        The sum over all triangles takes 10 ms. Of a closed surface, what it says of a point holds
+        as far around as no triangle is: a second point asks for that distance, and those near it
+        need no sum.
+        """
+        if not are_closed(self.mesh, self.joints if self.motion is not None else ()):
+            return self.winding_number(point) > 0.5
+        for known in self._known:
+            if np.linalg.norm(point - known.point) < known.reach:
+                return known.inside
+        inside = self.winding_number(point) > 0.5
+        # A little less, for the sum and the distance are rounded.
+        reach = 0.999 * self.distance(point) if self._known else 0.0
+        self._known[_MAX_KNOWN - 1 :] = []
+        self._known.insert(0, _Known(point=point.copy(), inside=inside, reach=reach))
+        return inside
 
     def of_triangles(self, vectors: Array32) -> Array32:
         """(m, 3) directions of the mesh's triangles, as stored, turned as these are."""

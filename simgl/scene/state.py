@@ -160,13 +160,12 @@ class BodyState:
         mesh, place = self.model.posed_mesh, self.in_body(point)
         if np.linalg.norm(place - mesh.centre) > mesh.radius:
             return False
-        # Nor beyond a plane that has its hull on the other side: the sum over all triangles takes
-        # 10 ms, for a camera at docking range in every frame.
+        # Nor beyond a plane that has its hull on the other side.
         directions = np.vstack([place - mesh.centre, np.eye(3)])
         across, at = mesh.hull @ directions.T, directions @ place
         if np.any((at < across.min(axis=0)) | (at > across.max(axis=0))):
             return False
-        return mesh.winding_number(place) > 0.5
+        return mesh.encloses(place)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -7,12 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from simgl.arrays import Array
+from simgl.arrays import Array, IndexArray
 from simgl.model_files.model_library import load_model
 from simgl.motion.drives import sun_angle
 from simgl.motion.joints import Joint
 from simgl.physics.frames import Pose, matrix_from_quaternion, unit
 from simgl.rays import RayTracer, ray_tracer
+from simgl.scene.mesh import Mesh
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import BodyState
 
@@ -126,6 +127,33 @@ def test_a_body_encloses_the_points_that_its_surface_winds_around(rider: Spacecr
     inside = [rider.posed_mesh.winding_number(point) > 0.5 for point in points]
     assert 10 < sum(inside) < 50
     assert [body.encloses(pose.position + turn @ point) for point in points] == inside
+
+
+def test_what_holds_at_a_point_is_not_asked_again_before_a_surface(
+    rider: SpacecraftModel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A walk in steps of 1 cm through the open bay and its floor, there and back."""
+    posed = rider.posed({"bay_door_left": 1.0}).posed_mesh
+    z = np.linspace(-2.0, 0.5, 251)
+    walk = np.stack([np.full_like(z, 0.3), np.full_like(z, 0.1), z], axis=-1)
+    expected = [posed.winding_number(point) > 0.5 for point in walk]
+    assert 20 < sum(expected) < 230
+    sums = 0
+    winding_number = Mesh.winding_number
+
+    def counted(mesh: Mesh, point: Array, chosen: IndexArray | None = None) -> float:
+        nonlocal sums
+        sums += 1
+        return winding_number(mesh, point, chosen)
+
+    monkeypatch.setattr(Mesh, "winding_number", counted)
+    assert [posed.encloses(point) for point in walk] == expected
+    assert [posed.encloses(point) for point in walk[::-1]] == expected[::-1]
+    # Towards a surface the distance halves at worst, which takes 8 sums from 2.5 m to 1 cm on each
+    # side; every group has its own.
+    surfaces = int(np.count_nonzero(np.diff(expected)))
+    assert sums <= 2 * (2 * 8 * surfaces + 8) * len(posed.groups)
+    assert sums < 0.5 * 2 * len(walk) * len(posed.groups)
 
 
 def test_rays_meet_a_posed_mesh_where_they_meet_its_baked_one(rider: SpacecraftModel) -> None:

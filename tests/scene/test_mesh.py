@@ -177,3 +177,30 @@ def test_equal_meshes_have_equal_digests_and_others_have_not() -> None:
     ]
     digests = {mesh.digest for mesh in [*other, box((1.0, 2.0, 3.0))]}
     assert len(digests) == 5
+
+
+@pytest.mark.parametrize("name", ["box", "plate"])
+def test_every_edge_of_a_shape_has_two_sides_until_a_triangle_is_taken_out(name: str) -> None:
+    mesh = SHAPES[name]
+    assert mesh.is_closed()
+    assert not mesh.is_closed(np.arange(1, len(mesh.triangles)))
+
+
+@pytest.mark.parametrize("name", ["box", "plate"])
+def test_the_distance_to_a_box_is_that_to_its_faces_edges_and_corners(name: str) -> None:
+    mesh, half = SHAPES[name], np.array(HALVES[name])
+    for point in np.random.default_rng(6).uniform(-2.0, 2.0, (60, 3)):
+        beyond = np.abs(point - mesh.centre) - half
+        inside = -beyond.max() if beyond.max() < 0.0 else 0.0
+        expected = inside + np.linalg.norm(np.maximum(beyond, 0.0))
+        # Float32 corners of up to 2 m.
+        assert mesh.distance(point) == pytest.approx(expected, abs=2.0 * FLOAT32)
+
+
+def test_the_distance_to_a_sphere_is_that_from_its_middle_less_its_radius() -> None:
+    mesh = SHAPES["sphere"]
+    for point in np.random.default_rng(6).uniform(-3.0, 3.0, (30, 3)):
+        expected = abs(np.linalg.norm(point - mesh.centre) - 1.5)
+        # Facets of 192 along a meridian lie off the sphere by no more than their sagitta.
+        sagitta = 1.5 * (np.pi / 192.0) ** 2
+        assert mesh.distance(point) == pytest.approx(expected, abs=sagitta)

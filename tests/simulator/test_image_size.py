@@ -8,8 +8,8 @@ import moderngl
 import pytest
 from simgl_bridge.render_session import RenderSession
 
-from simgl import renderer
 from simgl.errors import ConfigError
+from simgl.gpu import render_targets
 from simgl.gpu.render_targets import can_draw, largest_edge
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState
@@ -31,7 +31,9 @@ def scenario(width: int, height: int, **optics: object) -> Scenario:
 @pytest.fixture
 def small_driver(monkeypatch: pytest.MonkeyPatch) -> None:
     """A driver that draws no more than nine million pixels."""
-    monkeypatch.setattr(renderer, "can_draw", lambda _ctx, size: size[0] * size[1] <= 9_000_000)
+    monkeypatch.setattr(
+        render_targets, "can_draw", lambda _ctx, size: size[0] * size[1] <= 9_000_000
+    )
 
 
 def resized(state: SceneState, width: int, height: int) -> SceneState:

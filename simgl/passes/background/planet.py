@@ -67,6 +67,7 @@ from simgl.view.background_tiles import (
     split,
     tiles_of,
 )
+from simgl.view.raster_tiles import Box
 
 # An image whose pixels are shorter than the maps' texels by this factor where it looks straight
 # down needs no mipmaps, which cost software renderers more than all the rest.
@@ -113,11 +114,7 @@ class PlanetPass:
         return weather
 
     def draw(
-        self,
-        background: Background,
-        target: moderngl.Framebuffer,
-        area: tuple[int, int, int, int],
-        hidden: Mask | None = None,
+        self, background: Background, target: moderngl.Framebuffer, area: Box, hidden: Mask | None
     ) -> None:
         """Fill a rectangle with the Earth [W m-2 sr-1].
 
@@ -125,8 +122,8 @@ class PlanetPass:
         they are seen past the Earth.
 
         area : x, y, width, height [pixels]
-        hidden : (rows, columns) of its tiles in which nothing of this is seen; what they hold
-            then is undefined
+        hidden : (rows, columns) of its tiles in which nothing of this is seen, if there are any;
+            what they hold then is undefined
         """
         if background.planet is not None:
             earth = self._sunlit(background, background.planet, target, area)
@@ -148,7 +145,7 @@ class PlanetPass:
             if face.celestial is not None:
                 target.clear(*face.celestial.radiance, viewport=area)
             if face.planet is None:
-                self.draw(face, target, area)
+                self.draw(face, target, area, None)
             else:
                 sunlit = self._sunlit(face, face.planet, target, area)
                 by_texels.setdefault(edge, []).append(sunlit)
@@ -159,11 +156,7 @@ class PlanetPass:
         return self.state if background.celestial is None else self.before
 
     def _sunlit(
-        self,
-        background: Background,
-        planet: PlanetView,
-        target: moderngl.Framebuffer,
-        area: tuple[int, int, int, int],
+        self, background: Background, planet: PlanetView, target: moderngl.Framebuffer, area: Box
     ) -> LitEarth:
         return LitEarth(
             planet=planet,
