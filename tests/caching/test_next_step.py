@@ -23,7 +23,7 @@ def test_the_next_step_is_the_one_that_an_even_motion_enters(pace: float) -> Non
 
 def test_parts_made_as_they_are_due_are_all_made_in_time() -> None:
     for parts in (3, 7, 69):
-        made = []
+        made: list[int] = []
         for frames in range(7, 0, -1):
             made.append(NextStep(index=0, frames=frames).due(parts - sum(made)))
         assert sum(made) == parts
