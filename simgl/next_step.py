@@ -28,8 +28,9 @@ class NextStep:
     frames: int
 
     def due(self, parts: int) -> int:
-        """How many of so many parts to make now."""
-        return -(-parts // self.frames)
+        """How many of so many parts to make now: evenly to the end, and none as long as there are
+        more frames than parts, for what is made early may not be what is needed then."""
+        return parts // self.frames
 
 
 class StepWatch:

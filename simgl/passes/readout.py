@@ -141,6 +141,9 @@ class ReadoutPass:
             after["ROW_OFFSETS"] = self._ctx.texture(size, 1, offsets.tobytes(), dtype="f4")
             passing.append(after["ROW_OFFSETS"])
         hit = self._hit(detector, *hits(camera, tai_ns, seed, image_draw))
+        if hit is None and detector.particles is not None and not self._knows_hits:
+            # With no charge: its shader is compiled for the first image, not when a particle comes.
+            hit = self._hit(detector, np.zeros(1, dtype=np.int64), np.zeros(1, dtype=np.int64))
         if detector.blooming > 0.0:
             charge = {"SPILT": self._spilt(detector, block, charge, hit)}
             passing.append(charge["SPILT"])
@@ -148,6 +151,10 @@ class ReadoutPass:
         self._draw(target, block, charge, after, hit)
         for texture in passing:
             texture.release()
+
+    @property
+    def _knows_hits(self) -> bool:
+        return any("HITS" in variant for variant in self._programs)
 
     def _hit(self, detector: Detector, pixels: IndexArray, electrons: IndexArray) -> _Hit | None:
         """What particles have left, uploaded; None where none has come.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from threading import Barrier
 from typing import Any
 
 import moderngl
@@ -201,6 +202,28 @@ def test_what_no_earlier_run_has_computed_is_so_before_the_first_frame(
     assert shown.names == ["maps of the Earth"]
     textures.release()
     assert start(earth) == []
+
+
+@pytest.mark.usefixtures("start")
+def test_noise_and_maps_are_made_beside_each_other(
+    gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    together = Barrier(2, timeout=60.0)
+
+    def beside(module: object, name: str) -> None:
+        make = getattr(module, name)
+
+        def made(*arguments: object) -> Any:
+            together.wait()
+            return make(*arguments)
+
+        monkeypatch.setattr(module, name, made)
+
+    beside(noise_projection, "make_chart")
+    beside(earth_maps, "make_form_map")
+    textures = EarthTextures(gl)
+    textures.prepare(CLOUDY)
+    textures.release()
 
 
 @pytest.mark.parametrize("earth", [CLOUDY, Earth()], ids=["cloudy", "clear"])

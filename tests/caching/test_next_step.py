@@ -22,12 +22,14 @@ def test_the_next_step_is_the_one_that_an_even_motion_enters(pace: float) -> Non
 
 
 def test_parts_made_as_they_are_due_are_all_made_in_time() -> None:
-    left = 69
-    for frames in range(7, 0, -1):
-        due = NextStep(index=0, frames=frames).due(left)
-        assert due <= 10
-        left -= due
-    assert left == 0
+    for parts in (3, 7, 69):
+        made: list[int] = []
+        for frames in range(7, 0, -1):
+            made.append(NextStep(index=0, frames=frames).due(parts - sum(made)))
+        assert sum(made) == parts
+        assert max(made) == -(-parts // 7)
+        # As late as that allows.
+        assert made == sorted(made)
 
 
 def test_nothing_comes_next_for_a_value_that_stands_jumps_or_has_far_to_go() -> None:

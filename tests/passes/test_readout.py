@@ -15,6 +15,10 @@ from scipy import stats
 from simgl.camera.camera import Camera
 from simgl.camera.detector import FixedPattern, Particles
 from simgl.camera.particle_hits import hits
+from simgl.gpu.release import release_all
+from simgl.gpu.render_targets import ImageTarget
+from simgl.passes.exposure import ELECTRONS_FORMAT
+from simgl.passes.readout import DN_FORMAT, ReadoutPass
 from tests.passes.exposures import EPOCH, SIDE, camera, expose
 from tests.patience import run_to_end
 
@@ -175,6 +179,26 @@ def test_particles_are_added_after_shot_noise(gl: moderngl.Context) -> None:
     assert np.count_nonzero(with_hits - without) == np.count_nonzero(electrons)
 
 
+def test_the_first_particle_finds_its_shader_compiled(
+    gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # One in ten images has a particle.
+    particles = Particles(flux=1.5e7, depth=5e-6, charge=80e6)
+    cam = camera(particles=particles)
+    epochs = [EPOCH + frame for frame in range(100)]
+    struck = [epoch for epoch in epochs if hits(cam, epoch, 1)[0].size]
+    quiet = next(epoch for epoch in epochs if epoch not in struck)
+    size = (cam.detector.width, cam.detector.height)
+    source, target = (ImageTarget(gl, size, [form]) for form in (ELECTRONS_FORMAT, DN_FORMAT))
+    source.framebuffer.clear(50.0, 50.0, 50.0, 50.0)
+    readout = ReadoutPass(gl)
+    readout.draw(cam, quiet, 1, source.textures[0], target.framebuffer)
+    np.testing.assert_array_equal(target.read(), expose(gl, 50.0, camera(), tai_ns=quiet))
+    monkeypatch.setattr("simgl.passes.readout.FullscreenProgram", None)
+    readout.draw(cam, struck[0], 1, source.textures[0], target.framebuffer)
+    release_all(gl, source, target, readout)
+
+
 @pytest.mark.parametrize("width", range(25, 33))
 def test_a_row_ends_where_it_may(gl: moderngl.Context, width: int) -> None:
     """The last pixels of a row get their own light; the others' noise is that of a wider row."""
@@ -191,6 +215,10 @@ _BITS = """
 import hashlib
 from simgl.gpu.context import open_context
 from simgl.camera.detector import FixedPattern, Particles
+from simgl.gpu.release import release_all
+from simgl.gpu.render_targets import ImageTarget
+from simgl.passes.exposure import ELECTRONS_FORMAT
+from simgl.passes.readout import DN_FORMAT, ReadoutPass
 from tests.passes.exposures import camera, expose
 gl = open_context()
 cam = camera(read_noise=5.0, pedestal=100.0, dark_current_300k=1e4, row_noise=3.0, blooming=0.5,

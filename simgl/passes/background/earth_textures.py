@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import moderngl
@@ -85,6 +86,16 @@ class EarthTextures:
 
         May draw, so it comes before a pass sets its state.
         """
+        self._make_maps(earth)
+        seed = earth.clouds.seed if earth.clouds else 0
+        if not self._chart or seed != self._chart_seed:
+            self._forget_chart()
+            self._chart = self._charts_of(seed)
+            self._chart_seed = seed
+        return [*self._ground, *self._weather, *self._tables, *self._chart[0]]
+
+    def _make_maps(self, earth: Earth) -> None:
+        """All but the charts."""
         if not self._ground or (earth.maps, earth.bands) != self._maps:
             self.release()
             self._shores = shores(earth.maps)
@@ -100,12 +111,6 @@ class EarthTextures:
             self._clouds = earth.clouds
         if not self._tables:
             self._tables = [_frost_texture(self._ctx), _cloud_reflection(self._ctx)]
-        seed = earth.clouds.seed if earth.clouds else 0
-        if not self._chart or seed != self._chart_seed:
-            self._forget_chart()
-            self._chart = self._charts_of(seed)
-            self._chart_seed = seed
-        return [*self._ground, *self._weather, *self._tables, *self._chart[0]]
 
     def in_bands(self, earth: Earth) -> list[Texture]:
         """What tells land and clouds in bands of a scenario, in the order of ``BAND_SAMPLERS``."""
@@ -145,6 +150,11 @@ class EarthTextures:
         drawn = earth.clouds is None or has_weather(self._ctx, earth.clouds, earth.maps)
         if not (drawn and has_chart(seed)):
             begin_stage(progress, "maps of the Earth")
+            with ThreadPoolExecutor(max_workers=1, thread_name_prefix="simgl-chart") as executor:
+                # Two fifths of the work, and all of it on the CPU.
+                noise = executor.submit(chart, seed)
+                self._make_maps(earth)
+                noise.result()
             self.of(earth)
 
     def charts_with(self, level: int) -> list[moderngl.Texture]:
