@@ -20,6 +20,8 @@ const int ARCS = 3, LAYERS = aurora_layers.length();
 const int RAYED = 8;
 // Places of the arcs' middle lines across the oval, 0 towards the pole.
 const vec3 ARC_PLACES = vec3(0.25, 0.5, 0.78);
+// Of each arc, over their mean: its light, the depth of its folds, how many rays it has.
+const vec3 ARC_LIGHT = vec3(0.5, 1.6, 0.9), ARC_FOLDS = vec3(0.5, 1.0, 1.7), ARC_RAYS = vec3(0.7, 1.0, 1.5);
 
 // Of a normal variable, the share below x (Abramowitz and Stegun 7.1.25, 2.5e-5).
 float share_below(float x) {
@@ -69,16 +71,19 @@ Lit lit_at(vec3 up) {
     float angle = atan(s, c);
     for (int arc = 0; arc < ARCS; arc++) {
         float shift = 2.1 * float(arc) + aurora_seed;
-        // Folds of 2,000 to 30 km.
+        // Folds of 2,000 to 30 km, deeper where the arc is disturbed.
+        float calm = 1.0 + 0.7 * sin(4.0 * angle + 1.9 * shift);
         float folds = 60.0 * sin(7.0 * angle + 1.3 * shift) + 26.0 * sin(31.0 * angle + 2.1 * shift)
                     + 11.0 * sin(83.0 * angle + 3.7 * shift + 2.0 * sin(19.0 * angle))
                     + 4.0 * sin(271.0 * angle + 5.1 * shift + 3.0 * sin(53.0 * angle));
-        lit.away[arc] = ((x - ARC_PLACES[arc]) * width * planet_km + folds * min(width / 0.06, 1.0)) / arc_km;
-        // Bright stretches of thousands of km, and rays of 40 and 15 km in them; their means are 1.
-        float bright = 1.0 + 0.8 * sin(3.0 * angle + 1.7 * shift) * sin(5.0 * angle + 0.6 * shift);
-        lit.rays[arc] = 1.0 + 0.35 * sin(347.0 * angle + 2.9 * shift + 4.0 * sin(29.0 * angle))
-                      + 0.25 * sin(919.0 * angle + 4.3 * shift + 3.0 * sin(71.0 * angle));
-        lit.arcs[arc] = by_time * bright;
+        lit.away[arc] = ((x - ARC_PLACES[arc]) * width * planet_km + ARC_FOLDS[arc] * calm * folds * min(width / 0.06, 1.0)) / arc_km;
+        // Bright stretches of thousands of km, between which the arc fades away, and rays of 40 and 15 km
+        // in them; their means are 1.
+        float bright = (1.0 + sin(3.0 * angle + 1.7 * shift)) * (1.0 + 0.6 * sin(5.0 * angle + 0.6 * shift));
+        float along = ARC_RAYS[arc] * angle;
+        lit.rays[arc] = 1.0 + 0.35 * calm * sin(347.0 * along + 2.9 * shift + 4.0 * sin(29.0 * angle))
+                      + 0.25 * sin(919.0 * along + 4.3 * shift + 3.0 * sin(71.0 * angle));
+        lit.arcs[arc] = by_time * ARC_LIGHT[arc] * bright;
     }
     // An arc that holds a third of its share of the oval's width.
     lit.arcs *= width * planet_km / (float(ARCS) * arc_km * 2.5066);

@@ -25,9 +25,11 @@ LEVELS = 8
 # Cycles along an edge of the longest waves: 64 km of cloud and 18 km of hills, beyond which the
 # maps have waves of their own.
 _CLOUDS, _HILLS = 4.0, 14.0
-# Of an octave's waves over those of the last, in height of ground and in cloud: the latter's
-# variance falls by 2^-0.64 an octave, as that of liquid water does in stratus (Davis et al. 1999).
-_HILL_WEIGHT, _PUFF_WEIGHT = 0.5, 0.8
+# Of an octave's waves over those of the last, in height of ground and in cloud. An outline where
+# noise of 2^-h an octave crosses a level has the dimension 2 - h: that of clouds from 1 to 1,000 km
+# is 1.35 (Lovejoy 1982, Science 216, 185). More of the finest would break edges up into grains.
+_HILL_WEIGHT, _PUFF_WEIGHT = 0.5, 0.64
+_PUFF_SLOPE = np.log2(_PUFF_WEIGHT) - 1.0  # of waves' amplitudes in two dimensions
 # Cells on the image: closed ones of stratocumulus, 20 km wide, and open ones, 32 km wide
 # (Wood and Hartmann 2006: 10 to 50 km).
 _CLOSED, _OPEN = 160, 64
@@ -152,7 +154,7 @@ def _open_cells(rng: np.random.Generator) -> Array32:
     """(n, n) walls about empty cells, thickest where three meet, made of cumulus."""
     near = _to_walls(rng, _OPEN)
     walls = -np.log(14.0 + near[1] - near[0]) - 0.6 * np.log(20.0 + near[2] - near[0])
-    return _standard(walls) + 0.5 * _standard(_octaves(rng, _ON_CELLS, 0.9, folded=True))
+    return _standard(walls) + 0.5 * _standard(_octaves(rng, _ON_CELLS, _PUFF_WEIGHT, folded=True))
 
 
 def _cumulus(rng: np.random.Generator) -> Array32:
@@ -168,7 +170,7 @@ def _cumulus(rng: np.random.Generator) -> Array32:
     )
     swarms = _coloured(rng, np.where(k > 20.0, 0.0, k**-1.2))
     # Heads of many sizes: round between creases.
-    fine = np.where((k < _CUMULUS) | (k > SIZE / 5.0), 0.0, k**-1.1)
+    fine = np.where((k < _CUMULUS) | (k > SIZE / 5.0), 0.0, k**_PUFF_SLOPE)
     heads = np.abs(_coloured(rng, fine)) + np.abs(_coloured(rng, fine))
     return _standard(heads) + 0.4 * streets + 0.6 * swarms
 
