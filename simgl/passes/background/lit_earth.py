@@ -9,6 +9,7 @@ import moderngl
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.view.background import Background, Moonlight, PlanetView
+from simgl.view.raster_tiles import Box
 
 # Pixels larger than this [m] resolve nothing of the chart.
 _FAR = 6e3
@@ -26,7 +27,7 @@ class LitEarth:
     planet: PlanetView
     background: Background
     target: moderngl.Framebuffer
-    area: tuple[int, int, int, int]
+    area: Box
     state: State
     block: UniformBuffer
 
