@@ -122,7 +122,7 @@ class CameraPipeline:
             target.write(total)
             return target
         relative = self._optics.relative_illumination(camera)
-        target.framebuffer.clear(viewport=(0, 0, *target.framebuffer.size))
+        target.blacken()
         for part in parts:
             seen = part.radiance.textures[0]
             with self._timer.measure("exposure"):

@@ -200,7 +200,7 @@ class Renderer:
                 self._all_background(view, mean)
                 return
             if not filled:
-                _blacken(mean)
+                mean.blacken()
                 filled = True
             seen = np.flatnonzero(share)
             if not seen.size:
@@ -228,7 +228,7 @@ class Renderer:
     ) -> None:
         """Through every pinhole; black where the lens sees nothing."""
         if view.field is not None:
-            _blacken(target)
+            target.blacken()
         for seen in view.pinholes:
             self._background(seen, target, rows)
 
@@ -242,7 +242,7 @@ class Renderer:
         targets = {name: ImageTarget(self._ctx, size, _BANDS) for name in names}
         try:
             for one in targets.values():
-                _blacken(one)
+                one.blacken()
             background = targets["background"]
             for seen in view.pinholes:
                 self._background(seen, background)
@@ -303,7 +303,7 @@ class Renderer:
     def _celestial(self, view: CelestialView, target: ImageTarget) -> None:
         """What lies beyond the Earth, the farthest first."""
         if view.diffuse is None:
-            _blacken(target)
+            target.blacken()
         else:
             self._diffuse_sky.draw(view.diffuse, target.framebuffer)
         if view.stars is not None:
@@ -393,7 +393,7 @@ class Renderer:
                 self._truth.draw(truth_tile(view), target.framebuffer)
             return target
         image = self._target("truth_seen", view.camera, formats)
-        _blacken(image)
+        image.blacken()
         for seen in view.pinholes:
             assert seen.field is not None
             target = self._target(use, seen.field.centred, formats, depth=True)
@@ -444,8 +444,3 @@ class Renderer:
 
     def __exit__(self, *_: object) -> None:
         self.release()
-
-
-def _blacken(target: ImageTarget) -> None:
-    # With the area, for a clear without one keeps to the scissor of the last draw.
-    target.framebuffer.clear(viewport=(0, 0, *target.size))

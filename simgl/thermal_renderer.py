@@ -58,7 +58,7 @@ class ThermalRenderer:
         the share of the pixel that they cover [K], and that share.
         """
         target = self._target("thermal", view.camera)
-        target.framebuffer.clear(viewport=(0, 0, *target.size))
+        target.blacken()
         planck = self._thermal.begin(scene.surroundings.planck)
         lightings = {name: self._thermal.lighting(light) for name, light in scene.lights.items()}
         for seen in view.pinholes:

@@ -84,6 +84,11 @@ class ImageTarget:
         shape = (height, width, kind.channels)
         return data.reshape(shape if kind.channels > 1 else shape[:2])
 
+    def blacken(self) -> None:
+        """Set all pixels to 0."""
+        # With the area, for a clear without one keeps to the scissor of the last draw.
+        self.framebuffer.clear(viewport=(0, 0, *self.size))
+
     def read_into(self, values: AnyArray, attachment: int = 0) -> None:
         """Fill a contiguous array of the shape and type that ``read`` returns.
 
