@@ -6,7 +6,8 @@ TRUTH : the folder of flight data of ``python -m benchmarks.flight``, of which C
 albedo of 2018 is read
 
 In cells of 10 deg the albedo of the weather of many seeds is brought to what CERES sees, over
-simgl's own clear sky. Clouds reflect here as by two streams under the mean Sun of a year; what that
+simgl's own clear sky, but for the mean of each row of cells: there the cover stays that of the
+drawn climate. Clouds reflect here as by two streams under the mean Sun of a year; what that
 misses of simgl's light is one factor for each row of cells. Poleward of 50 deg, where snow and ice
 decide, less and less is changed.
 """
@@ -35,7 +36,7 @@ _WIDTH = 720
 # Seeds whose mean weather is the climate: the albedo of a cell then scatters by 0.01.
 _SEEDS = range(24)
 _ROUNDS = 6
-# Of albedo per unit of the amounts, at most; and the largest amount.
+# Of albedo per unit of the amounts, at most (that of cover is about 1); and the largest amount.
 _RESPONSE, _LARGEST = 0.5, 0.4
 # Of the cells by which amounts are smoothed.
 _SMOOTH = 0.6
@@ -59,8 +60,8 @@ def _cells(values: Array) -> Array:
 
 
 def _of_clouds(codes: Image8) -> Array:
-    """(2, 18, 36) reflectance of clouds for the Sun's light and for light from below; two streams,
-    as in shaders/planet/cloud.glsl and ground.glsl."""
+    """(3, 18, 36) reflectance of clouds for the Sun's light and for light from below; two streams,
+    as in shaders/planet/cloud.glsl and ground.glsl. And the cover."""
     share, code, high, _ = np.moveaxis(codes / 255.0, -1, 0)
     rows = len(codes)
     mu = _mean_sun(np.pi * (0.5 - (np.arange(rows) + 0.5) / rows))[:, None]
@@ -70,14 +71,15 @@ def _of_clouds(codes: Image8) -> Array:
     back = g1 * scaled / (1.0 + g1 * scaled)
     thin, from_below = 1.5 * high / (1.5 * high + 7.7 * mu), 1.5 * high / (1.5 * high + 7.7)
     past = (1.0 - thin) * (1.0 - from_below)
-    seen = thin + past * share * direct, from_below + (1.0 - from_below) ** 2 * share * back
+    from_ground = from_below + (1.0 - from_below) ** 2 * share * back
+    seen = thin + past * share * direct, from_ground, share
     return np.stack([_cells(one) for one in seen])
 
 
 def climate(ctx: moderngl.Context, amounts: Array32, seeds: Sequence[int]) -> Array:
-    """(2, 18, 36) ``_of_clouds``, mean over seeds."""
+    """(3, 18, 36) ``_of_clouds``, mean over seeds."""
     ground = ground_textures(ctx, EarthMaps())
-    result = np.zeros((2, ROWS, COLUMNS))
+    result = np.zeros((3, ROWS, COLUMNS))
     for seed in seeds:
         noise = noise_texture(ctx, seed)
         codes = weather_codes(ctx, Clouds(seed=seed), noise, ground, _WIDTH, amounts)
@@ -114,11 +116,15 @@ def fit(ctx: moderngl.Context, clear: Array, all_sky: Array, measured: Array) ->
     of_light = (all_sky - clear).sum(axis=1) / (seen - clear).sum(axis=1)
     latitude = 85.0 - 10.0 * np.arange(ROWS)
     weight = np.clip((70.0 - np.abs(latitude)) / 20.0, 0.0, 1.0)[:, None]
+    of_rows = climate(ctx, np.zeros_like(amounts), _SEEDS)[2].mean(axis=1)
     for _ in range(_ROUNDS):
-        seen = _albedo(climate(ctx, amounts, _SEEDS), clear)
+        clouds = climate(ctx, amounts, _SEEDS)
+        seen = _albedo(clouds, clear)
         error = measured - (clear + of_light[:, None] * (seen - clear))
+        error -= error.mean(axis=1, keepdims=True)
         step = gaussian_filter(weight * error / _RESPONSE, _SMOOTH, mode=("nearest", "wrap"))
         amounts = np.clip(amounts + step, -_LARGEST, _LARGEST).astype(np.float32)
+        amounts += (of_rows - clouds[2].mean(axis=1)).astype(np.float32)[:, None]
         area = np.cos(np.radians(latitude))
         rms = np.sqrt(np.average((error**2).mean(axis=1), weights=area * weight[:, 0]))
         print(f"rms difference of the albedo {rms:.4f}")

@@ -25,11 +25,13 @@ LEVELS = 8
 # Cycles along an edge of the longest waves: 64 km of cloud and 18 km of hills, beyond which the
 # maps have waves of their own.
 _CLOUDS, _HILLS = 4.0, 14.0
-# Of an octave's waves over those of the last, in height of ground and in cloud. An outline where
-# noise of 2^-h an octave crosses a level has the dimension 2 - h: that of clouds from 1 to 1,000 km
-# is 1.35 (Lovejoy 1982, Science 216, 185). More of the finest would break edges up into grains.
-_HILL_WEIGHT, _PUFF_WEIGHT = 0.5, 0.64
-_PUFF_SLOPE = np.log2(_PUFF_WEIGHT) - 1.0  # of waves' amplitudes in two dimensions
+# Of an octave's waves over those of the last, in height of ground and in cloud: the latter's
+# variance falls by 2^-0.64 an octave, as that of liquid water does in stratus (Davis et al. 1999).
+_HILL_WEIGHT, _PUFF_WEIGHT = 0.5, 0.8
+# Power of their number to which the amplitude of waves of cumulus goes. Where such noise, of 2^-h
+# an octave, crosses a level, outlines have the dimension 2 - h: that of clouds is 1.35 (Lovejoy
+# 1982, Science 216, 185). More of the finest would break them up into grains.
+_CUMULUS_SLOPE = -1.65
 # Cells on the image: closed ones of stratocumulus, 20 km wide, and open ones, 32 km wide
 # (Wood and Hartmann 2006: 10 to 50 km).
 _CLOSED, _OPEN = 160, 64
@@ -170,7 +172,7 @@ def _cumulus(rng: np.random.Generator) -> Array32:
     )
     swarms = _coloured(rng, np.where(k > 20.0, 0.0, k**-1.2))
     # Heads of many sizes: round between creases.
-    fine = np.where((k < _CUMULUS) | (k > SIZE / 5.0), 0.0, k**_PUFF_SLOPE)
+    fine = np.where((k < _CUMULUS) | (k > SIZE / 5.0), 0.0, k**_CUMULUS_SLOPE)
     heads = np.abs(_coloured(rng, fine)) + np.abs(_coloured(rng, fine))
     return _standard(heads) + 0.4 * streets + 0.6 * swarms
 
