@@ -209,7 +209,9 @@ def _discs_table(albedo: Array, shown: Array) -> Table:
         quantity="light of the disc, 400 to 1000 nm, over the mean of the four",
         error="difference",
         rows=[
-            difference(f"over {abs(east):.0f} deg {'W' if east < 0 else 'E'}", t, s, 0.03)
+            difference(
+                f"over {abs(east):.0f} deg {'W' if east < 0 else 'E'}", float(t), float(s), 0.03
+            )
             for east, t, s in rows
         ],
     )

@@ -127,12 +127,13 @@ class EarthTextures:
 
     @property
     def of_block(self) -> dict[str, object]:
-        """What the block of the planet holds of them."""
+        """What the block of the planet holds of them; zeros before an Earth had maps."""
+        coarser = self._coarser or [0.0] * len(MAPS)
         return {
             "chart_variance": self.chart_variance,
             "cloud_variance": self.cloud_variance,
-            "map_halvings": tuple(self._coarser[:4]),
-            "weather_halvings": self._coarser[4],
+            "map_halvings": coarser[:4],
+            "weather_halvings": coarser[4],
         }
 
     def weather(self, earth: Earth) -> Weather:
