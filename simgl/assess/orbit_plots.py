@@ -7,9 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from PIL import Image
 
-from simgl import assets
 from simgl.arrays import Array
 from simgl.assess.time_plots import column
 from simgl.assess.trajectory_assessment import Assignment
@@ -26,6 +24,7 @@ from simgl.figure_style import (
     figure_style,
     plain_axes,
 )
+from simgl.passes.background.earth_maps import shore_map
 from simgl.physics.ephemeris import itrf_from_icrf
 from simgl.physics.frames import unit
 from simgl.sequence.journal import Row
@@ -34,8 +33,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Of the map behind a ground track: two pixels a degree.
-_MAP_SIZE = 720, 360
+# Of the map of shores, for two pixels a degree behind a ground track.
+_EVERY = 22
 # Fields of view that a sketch of the camera's path shows.
 _WEDGES = 5
 
@@ -86,8 +85,7 @@ def ground_track(
 def _land() -> Array:
     """(height, width, 4) RGBA: land in a soft grey, sea transparent."""
     # Codes above the middle are sea.
-    with Image.open(assets.data() / "earth" / "shore.webp") as image:
-        shore = np.asarray(image.convert("L").resize(_MAP_SIZE), dtype=np.float64)
+    shore = shore_map(None)[_EVERY // 2 :: _EVERY, _EVERY // 2 :: _EVERY, 0].astype(np.float64)
     red, green, blue = (int(SOFT[i : i + 2], 16) / 255.0 for i in (1, 3, 5))
     alpha = 0.35 * np.clip((140.0 - shore) / 24.0, 0.0, 1.0)
     return np.stack([np.full_like(alpha, c) for c in (red, green, blue)] + [alpha], axis=-1)
