@@ -81,8 +81,11 @@ def face_normals(mesh: Mesh) -> tuple[Array, Array]:
     return unit_rows(cross), 0.5 * np.linalg.norm(cross, axis=1)
 
 
-def gather_points_of(mesh: Mesh, sides: int) -> GatherPoints:
-    """The gather points of a mesh's vertices; ``sides`` is 2 where surfaces are seen from both."""
+def gather_points_of(mesh: Mesh, sides: int, radius: float | None = None) -> GatherPoints:
+    """The gather points of a mesh's vertices; ``sides`` is 2 where surfaces are seen from both.
+
+    radius : of the body that the mesh is a part of [m]; None where it is all of it
+    """
     count = len(mesh.positions)
     triangles = mesh.triangles.astype(np.int64)
     faces, areas = face_normals(mesh)
@@ -102,7 +105,7 @@ def gather_points_of(mesh: Mesh, sides: int) -> GatherPoints:
     first[row] = np.arange(count)
     place, n = mesh.positions[first].astype(np.float64), normals[first]
     outwards = [n, -n][:sides]
-    lift = LIFT * mesh.radius
+    lift = LIFT * (mesh.radius if radius is None else radius)
     return GatherPoints(
         origins=np.concatenate(
             [_around(mesh, row[triangles], areas, place, n) + lift * n[:, None] for n in outwards]

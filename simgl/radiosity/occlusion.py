@@ -19,14 +19,19 @@ _TRIED_EACH = 16
 _TRIED_BY_AREA = 60_000
 
 
-def moved_into_open(mesh: Mesh, tracer: RayTracer, gather: GatherPoints) -> GatherPoints:
+def moved_into_open(
+    mesh: Mesh, tracer: RayTracer, gather: GatherPoints, body: Mesh | None = None
+) -> GatherPoints:
     """Gather points of closed bodies, whose rays start outside other parts wherever possible.
+
+    body : which the mesh is a part of, and which the rays meet; None where the mesh is all of it
 
     A rib that stands on a wall, or a board under solar cells, has its vertices inside the other
     part while most of its surface is seen. What a hidden vertex hands to that surface is the light
     of places around it that are not hidden.
     """
-    hidden = inside_others(mesh, tracer, gather.origins[:, 0], gather.normals)
+    body = mesh if body is None else body
+    hidden = inside_others(body, tracer, gather.origins[:, 0], gather.normals)
     corners = gather.of_vertex[0][mesh.triangles.astype(np.int64)]
     chosen = np.flatnonzero(np.any(hidden[corners], axis=1))
     if len(chosen) == 0:
@@ -34,8 +39,8 @@ def moved_into_open(mesh: Mesh, tracer: RayTracer, gather: GatherPoints) -> Gath
     triangle, weights = _places(mesh, chosen)
     faces, _ = face_normals(mesh)
     at = mesh.positions[mesh.triangles[triangle]].astype(np.float64)
-    points = np.einsum("ij,ijk->ik", weights, at) + LIFT * mesh.radius * faces[triangle]
-    free = ~inside_others(mesh, tracer, points, faces[triangle])
+    points = np.einsum("ij,ijk->ik", weights, at) + LIFT * body.radius * faces[triangle]
+    free = ~inside_others(body, tracer, points, faces[triangle])
     triangle, weights, points = triangle[free], weights[free], points[free]
     # Every place may serve the three corners of its triangle, best the one that it is nearest to.
     point, weight = corners[triangle].ravel(), weights.ravel()
