@@ -39,18 +39,20 @@ class BakeSettings:
     patches : about as many, which lights shine on, and which vertices and each other look at
     patch_rays : cosine-weighted rays of a patch, a multiple of its sample points
     gather_rays : the same of a vertex
-    sun_rays : and for the light of the Sun, which is gathered once for many frames
+    sun_rays : and for the light of the Sun, which is gathered once for many frames; where they are
+        more, those before are among them
     added_triangles : about as many more, where surfaces are near to each other
-    grids : triangles with finer light (simgl/radiosity/light_grids.py)
+    grids : triangles with finer light (simgl/radiosity/light_grids.py), of nodes with
+        ``gather_rays`` each
     edge_share : edges shorter than this share of the body's radius stay
     """
 
     patches: int = 8000
     patch_rays: int = 96
     gather_rays: int = 256
-    sun_rays: int = 1024
+    sun_rays: int = 768
     added_triangles: int = 6_000
-    grids: int = 5_000
+    grids: int = 4_000
     edge_share: float = 1.0 / 60.0
 
 
@@ -127,22 +129,24 @@ def traced(
     if not exposure.any():
         exposure = np.ones_like(exposure)
     patches = cluster(fine, sides, exposure, settings.patches)
+    chosen = largest(fine, points, seen, settings)
     by_sun, _ = point_form_factors(
         fine,
         tracer,
         points,
-        largest(fine, points, seen, settings),
+        chosen,
         sides,
         patches.of_side,
-        settings.sun_rays,
+        max(settings.sun_rays - settings.gather_rays, 0),
+        False,
         lambda done: report(len(points.origins) + 2 * done, total),
     )
     factors, sky, point_open = patch_form_factors(fine, tracer, sides, patches, settings.patch_rays)
     report(total, total)
     transport = _assembled(
-        fine, sides, points, seen, patches, by_sun, (factors, sky, point_open), settings
+        fine, sides, points, seen, patches, (chosen, by_sun), (factors, sky, point_open), settings
     )
-    return with_light_grids(transport, tracer, settings.grids, settings.sun_rays)
+    return with_light_grids(transport, tracer, settings.grids, settings.gather_rays)
 
 
 def refined(mesh: Mesh, sides: int, settings: BakeSettings) -> Mesh:
@@ -273,7 +277,7 @@ def _assembled(
     points: GatherPoints,
     seen: GatherRays,
     patches: Patches,
-    by_sun: sparse.csr_matrix,
+    more: tuple[Mask, sparse.csr_matrix],
     patch_rays: tuple[sparse.csr_matrix, sparse.csr_matrix, Mask],
     settings: BakeSettings,
 ) -> LightTransport:
@@ -285,8 +289,7 @@ def _assembled(
     )
     gather = (seen.hits @ to_patch).tocsr()
     gather.data /= settings.gather_rays
-    few = sparse.diags_array((np.diff(by_sun.indptr) == 0).astype(np.float32))
-    sun_gather = (by_sun + few @ gather).tocsr().astype(np.float32)
+    sun_gather = _together(gather, *more, settings)
     gather = gather[used]
     rows, sky_rays_row = np.unique(seen.sky_rays_row[used], return_inverse=True)
     sky_part, sky_part_seen = lesser_part(
@@ -313,8 +316,17 @@ def _assembled(
     )
 
 
+def _together(
+    gather: sparse.csr_matrix, chosen: Mask, more: sparse.csr_matrix, settings: BakeSettings
+) -> sparse.csr_matrix:
+    """The form factors of gather points, some of which have more rays: all rays count alike."""
+    share = settings.gather_rays / max(settings.sun_rays, settings.gather_rays)
+    old = sparse.diags_array(np.where(chosen, share, 1.0).astype(np.float32))
+    return (old @ gather + np.float32(1.0 - share) * more).tocsr().astype(np.float32)
+
+
 # Of all light that gather points may get, what most of them by number get together.
-_LITTLE = 0.05
+_LITTLE = 0.08
 
 
 def largest(mesh: Mesh, points: GatherPoints, seen: GatherRays, settings: BakeSettings) -> Mask:

@@ -40,6 +40,8 @@ _SHORTEST = 1.0 / 150.0
 _MAX_ENTRIES = 2_500_000
 # Gather points of a grid, those on its edges shared with a neighbour.
 _POINTS_EACH = 8
+# Places tried for hidden nodes on each of the small triangles between them.
+_TRIED_EACH = 4
 # Places are equal to this share of the body's radius, which float32 resolves.
 _EQUAL = 1e-6
 
@@ -63,10 +65,10 @@ def with_light_grids(
     fine = _cut(mesh, chosen)
     points = gather_points_of(fine, sides, mesh.radius)
     if sides == 1:
-        points = moved_into_open(fine, tracer, points, mesh)
+        points = moved_into_open(fine, tracer, points, mesh, _TRIED_EACH)
     every = np.ones(len(points.origins), dtype=np.bool_)
     gather, buried = point_form_factors(
-        mesh, tracer, points, every, sides, transport.patch_of_side, rays, lambda _: None
+        mesh, tracer, points, every, sides, transport.patch_of_side, rays, True, lambda _: None
     )
     rows = nearest_open(fine, points, buried)[points.of_vertex]
     used, of_node = np.unique(rows, return_inverse=True)
@@ -106,7 +108,7 @@ def _unevenness(transport: LightTransport) -> Array:
 
 def _affordable(transport: LightTransport, triangles: IndexArray) -> Mask:
     """(t,) the first triangles, as many as gather from few enough patches."""
-    entries = np.diff(transport.sun_gather.indptr)[transport.gather_point_of_vertex]
+    entries = np.diff(transport.gather.indptr)[transport.gather_point_of_vertex]
     corners = transport.mesh.triangles[triangles].astype(np.int64)
     each = _POINTS_EACH * entries[:, corners].mean(axis=2).sum(axis=0)
     return np.asarray(np.cumsum(each) < _MAX_ENTRIES)

@@ -10,7 +10,7 @@ from scipy import sparse
 
 from simgl.arrays import Array32, IndexArray, Mask
 from simgl.radiosity.gather_points import BURIED, PLACES, GatherPoints, face_normals
-from simgl.radiosity.hemisphere import cosine_directions, frames
+from simgl.radiosity.hemisphere import cosine_directions, frames, spins
 from simgl.rays import RayTracer
 from simgl.scene.mesh import Mesh
 
@@ -26,6 +26,7 @@ def point_form_factors(
     sides: int,
     patch_of_side: IndexArray,
     rays: int,
+    spun: bool,
     tick: Callable[[int], None],
 ) -> tuple[sparse.csr_matrix, Mask]:
     """(s, p) share of the cosine-weighted hemisphere of gather points that patches cover, and (s,)
@@ -33,15 +34,19 @@ def point_form_factors(
 
     chosen : (s,) which points; the rows of the others stay empty
     rays : of each point, a multiple of ``PLACES``
+    spun : whether they are turned about the normal from point to point, so that what few rays miss
+        evens out between neighbours
     tick : gets how many points are done
     """
     pattern = cosine_directions(rays).astype(np.float32)
     faces = face_normals(mesh)[0].astype(np.float32)
+    turns = frames(points.normals)
+    turns = (turns @ spins(len(turns)) if spun else turns).astype(np.float32)
     patches = int(patch_of_side.max()) + 1
     buried = np.zeros(len(chosen), dtype=np.bool_)
 
     def counted(part: IndexArray) -> sparse.csr_matrix:
-        turn = frames(points.normals[part]).astype(np.float32)
+        turn = turns[part]
         directions = np.matmul(pattern[None], np.swapaxes(turn, 1, 2)).reshape(-1, 3)
         origins = np.tile(points.origins[part].astype(np.float32), (1, rays // PLACES, 1))
         triangle, _ = tracer.hits(origins.reshape(-1, 3), directions)

@@ -28,7 +28,7 @@ WALL: Quad = ((0, -0.5, 0), (0, 0.5, 0), (0, 0.5, 1), (0, -0.5, 1))
 # The wall alone is lit: the floor turns away.
 SUN = (1.0, 0.0, -0.01)
 SETTINGS = BakeSettings(
-    patches=3000, patch_rays=64, gather_rays=256, added_triangles=0, grids=10_000
+    patches=3000, patch_rays=64, gather_rays=1024, added_triangles=0, grids=10_000
 )
 
 
@@ -82,6 +82,28 @@ def test_nodes_have_the_form_factor_of_a_wall_beside_them() -> None:
     near = x[known] < 0.125
     off_grid = np.abs(at_nodes[known] - expected)[near].mean()
     assert np.abs(linear[known] - expected)[near].mean() > 3.0 * off_grid
+
+
+def test_more_rays_of_vertices_have_the_earlier_ones_among_them() -> None:
+    settings = BakeSettings(
+        patches=3000, patch_rays=64, gather_rays=256, sun_rays=1024, added_triangles=0, grids=0
+    )
+    transport = bake(corner(), open_sheets=True, settings=settings)
+    assert transport is not None
+    fewer, more = transport.gather, transport.sun_gather
+    changed = np.abs(more - fewer).max(axis=1).toarray().ravel() > 0.0
+    # Of all light 8 % goes to the points that keep their 256 rays.
+    assert changed.mean() > 0.3
+    assert (more[changed] - 0.25 * fewer[changed]).min() > -1e-6
+
+    def from_wall(transport: LightTransport) -> Array:
+        facing = (transport.normals[:, 0, 0] > 0.9).astype(np.float32)
+        return (transport.sun_gather @ facing)[transport.gather_point_of_vertex[0]]
+
+    # As good as 1024 rays at once: either misses 3e-3, both together 4.3e-3.
+    known = changed[transport.gather_point_of_vertex[0]] & (transport.mesh.positions[:, 2] == 0.0)
+    off = (from_wall(transport) - from_wall(baked()))[known]
+    assert np.sqrt(np.mean(off**2)) < 4.5e-3
 
 
 def test_grids_have_no_step_to_triangles_without_one() -> None:
