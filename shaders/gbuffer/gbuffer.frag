@@ -43,6 +43,9 @@ const uint SIDES = 2u;
 #else
 const uint SIDES = 1u;
 #endif
+#ifdef LIGHT_GRIDS
+#include "gbuffer/light_grids.glsl"
+#endif
 #endif
 
 // Body axes [m]; label plus 16384 times the spacecraft's number.
@@ -206,6 +209,9 @@ uint look_up(ivec2 cell, uint group) {
         indirect += inside[k] * texelFetch(vertex_light, table_place(row), 0);
         face_normal.w += inside[k] * texelFetch(vertex_light, table_place(row + 1u), 0).r;
     }
+#ifdef LIGHT_GRIDS
+    indirect = max(indirect + more_of_grid(max(seen.x, 1u) - 1u, inside, back), 0.0);
+#endif
 #endif
     return label & 63u;
 }

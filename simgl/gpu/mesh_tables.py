@@ -20,6 +20,8 @@ _MATERIAL = 63
 def table_rows(values: AnyArray) -> AnyArray:
     """(rows, COLUMNS, c) of (n, c) texels, the last row filled up."""
     rows, channels = max(1, -(-len(values) // COLUMNS)), values.shape[1]
+    if len(values) == rows * COLUMNS:
+        return values.reshape(rows, COLUMNS, channels)
     table = np.zeros((rows * COLUMNS, channels), dtype=values.dtype)
     table[: len(values)] = values
     return table.reshape(rows, COLUMNS, channels)

@@ -48,6 +48,7 @@ EMPTY = -1.0
 _PLAIN, _DETAILED = 4, 7
 
 _VISIBILITY_UNIT, _CORNERS_UNIT, _VERTICES_UNIT, _LIGHT_UNIT = range(4)
+_GRIDS = {"light_grids": 4, "grid_light": 5}
 _POINTS = {"visibility": _VISIBILITY_UNIT} | POINT_GROUPS | PAGE_ENTRIES
 
 
@@ -183,6 +184,9 @@ class GBufferPass:
         if lighting is not None:
             lighting.light.use(_LIGHT_UNIT)
             variant += lighting.defines
+            if lighting.grids is not None:
+                lighting.grids.of_triangle.use(_GRIDS["light_grids"])
+                lighting.grids.light.use(_GRIDS["grid_light"])
         motion = drawn.view.motion
         if motion is not None:
             variant += motion.variant
@@ -235,6 +239,8 @@ class GBufferPass:
                 samplers |= IMAGE_UNITS
             if lit:
                 samplers |= {"vertex_light": _LIGHT_UNIT}
+            if "LIGHT_GRIDS" in variant:
+                samplers |= _GRIDS
             self._lookups[variant] = point_shader(
                 self._ctx,
                 "gbuffer/gbuffer",
@@ -243,9 +249,7 @@ class GBufferPass:
                 + [MATERIALS] * (detailed or "LAYERED" in variant)
                 + [JOINTS] * ("JOINTED" in variant)
                 + [JOINT_RATES] * ("JOINTS_MOVE" in variant),
-                samplers
-                | (IMAGE_UNITS if detailed else {})
-                | ({"vertex_light": _LIGHT_UNIT} if lit else {}),
+                samplers,
                 {name: MARKED if name == "MARK_AT" else 1.0 for name in variant},
             )
         return self._lookups[variant]

@@ -11,10 +11,11 @@ import numpy as np
 
 from simgl.arrays import Array32
 from simgl.environment_map import SkyRadiance
-from simgl.gpu.mesh_tables import COLUMNS, table_rows
-from simgl.passes.mesh_store import VertexLighting
+from simgl.gpu.mesh_tables import COLUMNS, table, table_rows
+from simgl.lru_cache import MANY, LruCache
+from simgl.passes.mesh_store import MAX_BYTES, GridLight, VertexLighting
 from simgl.radiosity.incident_light import IncidentLight
-from simgl.radiosity.light_transport import LightTransport
+from simgl.radiosity.light_transport import LightGrids, LightTransport
 from simgl.radiosity.neighbour_light import NeighbourLight
 from simgl.radiosity.next_poses import NextPoses
 from simgl.radiosity.patch_light import PatchLight
@@ -25,6 +26,8 @@ from simgl.view.spacecraft_view import SpacecraftView
 
 # Texels of a vertex and side: irradiance; the Earth's share, and what fills it up.
 _VALUES = 8
+# Vertices in a row of the table.
+_ROW = 4 * COLUMNS // _VALUES
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -53,7 +56,10 @@ class InterreflectionPass:
         self._neighbours = NeighbourLight(transports, self.light)
         self._next_poses = NextPoses(transports, self.light)
         # One for each spacecraft of the largest scene so far.
-        self._tables: dict[int, moderngl.Texture] = {}
+        self._tables: dict[tuple[int, str], moderngl.Texture] = {}
+        self._grids = LruCache[str, moderngl.Texture](
+            MANY, moderngl.Texture.release, max_bytes=MAX_BYTES
+        )
         self._solved: dict[int, _Solved] = {}
 
     def draw(
@@ -110,41 +116,64 @@ class InterreflectionPass:
         gather = transport.of_vertices
         # In another thread while this one is busy with the bounces.
         share = self._executor.submit(earth_share, gather, cells)
-        near = None
+        near, sunlight = None, None
         if light.lit_by:
             near = self._neighbours.received(model, sky, light, joint_light)
             exitance = near.exitance
         else:
-            exitance = self.light.exitance(model, transport, sky, light)
-        values = np.zeros((*gather.shape, _VALUES), dtype=np.float32)
-        vertex_irradiance(gather, exitance, values, self._executor)
+            exitance, sunlight = self.light.at_vertices(model, transport, sky, light)
+        rows = gather.shape[0] * gather.shape[1]
+        # Filled up to whole rows of the table.
+        texels = np.zeros((-(-rows // _ROW) * _ROW, _VALUES), dtype=np.float32)
+        values = texels[:rows].reshape(*gather.shape, _VALUES)
+        more = None if sunlight is None else sunlight.vertices
+        vertex_irradiance(gather, exitance, values, self._executor, more)
         values[..., 4] = share.result()
         if near is not None:
             values.reshape(-1, _VALUES)[:, :4] += near.at_rows
             left = values[..., 4].ravel() - near.lost_share(gather, cells)
             values[..., 4] = np.maximum(left, 0.0).reshape(gather.shape)
-        two_sided = transport.sides == 2
+        defines = ("INTERREFLECTION", "TWO_SIDED") if transport.sides == 2 else ("INTERREFLECTION",)
+        grids = None
+        if sunlight is not None and transport.grids is not None:
+            grids = GridLight(
+                of_triangle=self._grids_of_triangles(transport, transport.grids),
+                light=self._table((spacecraft.instance, "grids"), sunlight.nodes),
+            )
+            defines = (*defines, "LIGHT_GRIDS")
         return VertexLighting(
             mesh=lit_mesh(model, transport),
-            light=self._table(spacecraft.instance, values.reshape(-1, 4)),
-            defines=("INTERREFLECTION", "TWO_SIDED") if two_sided else ("INTERREFLECTION",),
+            light=self._table((spacecraft.instance, "vertices"), texels.reshape(-1, 4)),
+            defines=defines,
+            grids=grids,
         )
 
-    def _table(self, instance: int, texels: Array32) -> moderngl.Texture:
+    def _table(self, key: tuple[int, str], texels: Array32) -> moderngl.Texture:
         rows = table_rows(texels)
         size = COLUMNS, len(rows)
-        present = self._tables.get(instance)
+        present = self._tables.get(key)
         if present is None or present.size != size:
             if present is not None:
                 present.release()
-            self._tables[instance] = self._ctx.texture(size, 4, dtype="f4")
-            self._tables[instance].filter = (moderngl.NEAREST, moderngl.NEAREST)
-        self._tables[instance].write(rows)
-        return self._tables[instance]
+            self._tables[key] = self._ctx.texture(size, 4, dtype="f4")
+            self._tables[key].filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self._tables[key].write(rows)
+        return self._tables[key]
+
+    def _grids_of_triangles(self, transport: LightTransport, grids: LightGrids) -> moderngl.Texture:
+        """One texel for each triangle: 1 and the number of its grid, or 0."""
+
+        def written() -> moderngl.Texture:
+            number = np.zeros((len(transport.mesh.triangles), 1), dtype=np.uint32)
+            number[grids.triangles, 0] = 1 + np.arange(len(grids.triangles))
+            return table(self._ctx, number)
+
+        return self._grids.get(transport.digest, written, 4 * len(transport.mesh.triangles))
 
     def release(self) -> None:
         """Free everything."""
-        for table in self._tables.values():
-            table.release()
+        for one in self._tables.values():
+            one.release()
         self._tables.clear()
+        self._grids.clear()
         self._solved.clear()

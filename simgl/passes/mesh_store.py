@@ -33,17 +33,31 @@ from simgl.view.row_clock import PoseMotion
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class GridLight:
+    """Finer light on some triangles.
+
+    of_triangle : one texel for each: 1 and the number of its grid, 0 without one
+    light : one for each node and side: irradiance more than is linear between the vertices [W m-2]
+    """
+
+    of_triangle: moderngl.Texture
+    light: moderngl.Texture
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class VertexLighting:
     """A mesh that is finer where light varies, with the light of its vertices.
 
     light : two texels for each vertex and side: irradiance from other surfaces [W m-2]; what they
         leave of the Earth's
     defines : what a program needs that reads them
+    grids : finer light, None for none
     """
 
     mesh: PosedMesh
     light: moderngl.Texture
     defines: tuple[str, ...]
+    grids: GridLight | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -22,10 +22,12 @@ from simgl.radiosity.gather_points import (
     nearest_open,
 )
 from simgl.radiosity.hemisphere import CELLS_ACROSS, cosine_directions, frames, sky_cell, spins
+from simgl.radiosity.light_grids import with_light_grids
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.occlusion import moved_into_open
 from simgl.radiosity.patches import SAMPLES, Patches, cluster
 from simgl.radiosity.remesh import subdivided
+from simgl.radiosity.sun_gather import point_form_factors
 from simgl.rays import RayTracer
 from simgl.scene.mesh import Mesh
 
@@ -37,14 +39,20 @@ class BakeSettings:
     patches : about as many, which lights shine on, and which vertices and each other look at
     patch_rays : cosine-weighted rays of a patch, a multiple of its sample points
     gather_rays : the same of a vertex
+    sun_rays : and for the light of the Sun, which is gathered once for many frames; where they are
+        more, those before are among them
     added_triangles : about as many more, where surfaces are near to each other
+    grids : triangles with finer light (simgl/radiosity/light_grids.py), of nodes with
+        ``gather_rays`` each
     edge_share : edges shorter than this share of the body's radius stay
     """
 
     patches: int = 8000
     patch_rays: int = 96
     gather_rays: int = 256
+    sun_rays: int = 768
     added_triangles: int = 6_000
+    grids: int = 4_000
     edge_share: float = 1.0 / 60.0
 
 
@@ -107,7 +115,7 @@ def traced(
     points = gather_points_of(fine, sides)
     if sides == 1:
         points = moved_into_open(fine, tracer, points)
-    total = len(points.origins) + settings.patches
+    total = 3 * len(points.origins) + settings.patches
     report(0, total)
     seen = cast(fine, tracer, points, sides, settings.gather_rays, lambda done: report(done, total))
     exposure = np.concatenate(
@@ -121,9 +129,24 @@ def traced(
     if not exposure.any():
         exposure = np.ones_like(exposure)
     patches = cluster(fine, sides, exposure, settings.patches)
+    chosen = largest(fine, points, seen, settings)
+    by_sun, _ = point_form_factors(
+        fine,
+        tracer,
+        points,
+        chosen,
+        sides,
+        patches.of_side,
+        max(settings.sun_rays - settings.gather_rays, 0),
+        False,
+        lambda done: report(len(points.origins) + 2 * done, total),
+    )
     factors, sky, point_open = patch_form_factors(fine, tracer, sides, patches, settings.patch_rays)
     report(total, total)
-    return _assembled(fine, sides, points, seen, patches, (factors, sky, point_open), settings)
+    transport = _assembled(
+        fine, sides, points, seen, patches, (chosen, by_sun), (factors, sky, point_open), settings
+    )
+    return with_light_grids(transport, tracer, settings.grids, settings.gather_rays)
 
 
 def refined(mesh: Mesh, sides: int, settings: BakeSettings) -> Mesh:
@@ -254,6 +277,7 @@ def _assembled(
     points: GatherPoints,
     seen: GatherRays,
     patches: Patches,
+    more: tuple[Mask, sparse.csr_matrix],
     patch_rays: tuple[sparse.csr_matrix, sparse.csr_matrix, Mask],
     settings: BakeSettings,
 ) -> LightTransport:
@@ -263,8 +287,10 @@ def _assembled(
     to_patch = counts(
         np.arange(len(patches.of_side)), patches.of_side, (len(patches.of_side), len(patches.areas))
     )
-    gather = (seen.hits[used] @ to_patch).tocsr()
+    gather = (seen.hits @ to_patch).tocsr()
     gather.data /= settings.gather_rays
+    sun_gather = _together(gather, *more, settings)
+    gather = gather[used]
     rows, sky_rays_row = np.unique(seen.sky_rays_row[used], return_inverse=True)
     sky_part, sky_part_seen = lesser_part(
         seen.occluded[used].tocsr(), sparse.csr_matrix(seen.sky_rays)[seen.sky_rays_row[used]]
@@ -281,12 +307,44 @@ def _assembled(
         form_factors=factors,
         sky=sky,
         gather=gather.astype(np.float32),
+        sun_gather=sun_gather[used],
         sky_part=sky_part,
         sky_part_seen=sky_part_seen,
         sky_rays=sparse.csr_matrix(seen.sky_rays[rows]),
         sky_rays_row=sky_rays_row.ravel(),
         gather_point_of_vertex=of_vertex.reshape(points.of_vertex.shape),
     )
+
+
+def _together(
+    gather: sparse.csr_matrix, chosen: Mask, more: sparse.csr_matrix, settings: BakeSettings
+) -> sparse.csr_matrix:
+    """The form factors of gather points, some of which have more rays: all rays count alike."""
+    share = settings.gather_rays / max(settings.sun_rays, settings.gather_rays)
+    old = sparse.diags_array(np.where(chosen, share, 1.0).astype(np.float32))
+    return (old @ gather + np.float32(1.0 - share) * more).tocsr().astype(np.float32)
+
+
+# Of all light that gather points may get, what most of them by number get together.
+_LITTLE = 0.08
+
+
+def largest(mesh: Mesh, points: GatherPoints, seen: GatherRays, settings: BakeSettings) -> Mask:
+    """(s,) the gather points that get all but a little of what light surfaces may send, by their
+    area and by how much of the body they see; none where more rays are not asked for."""
+    if settings.sun_rays <= settings.gather_rays:
+        return np.zeros(len(points.origins), dtype=np.bool_)
+    areas = np.repeat(face_normals(mesh)[1] / 3.0, 3)
+    light = np.zeros(len(points.origins))
+    for of_vertex in points.of_vertex:
+        corners = of_vertex[mesh.triangles.astype(np.int64)].ravel()
+        light += np.bincount(corners, areas, minlength=len(light))
+    light *= np.where(seen.buried, 0.0, np.asarray(seen.hits.sum(axis=1)).ravel())
+    order = np.argsort(light, kind="stable")
+    much = np.cumsum(light[order]) > _LITTLE * light.sum()
+    chosen = np.zeros(len(light), dtype=np.bool_)
+    chosen[order] = much
+    return chosen
 
 
 def lesser_part(

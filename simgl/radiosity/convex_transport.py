@@ -9,7 +9,7 @@ from simgl.radiosity.transport_store import STEPS
 from simgl.scene.spacecraft import SpacecraftModel
 
 # Nothing hides the sky, and what other bodies send changes over their distance.
-_SETTINGS = BakeSettings(patches=600, gather_rays=32, added_triangles=0)
+_SETTINGS = BakeSettings(patches=600, gather_rays=32, sun_rays=32, added_triangles=0, grids=0)
 # Of the body's radius.
 _EDGE = 1.0 / 6.0
 

@@ -81,8 +81,11 @@ def face_normals(mesh: Mesh) -> tuple[Array, Array]:
     return unit_rows(cross), 0.5 * np.linalg.norm(cross, axis=1)
 
 
-def gather_points_of(mesh: Mesh, sides: int) -> GatherPoints:
-    """The gather points of a mesh's vertices; ``sides`` is 2 where surfaces are seen from both."""
+def gather_points_of(mesh: Mesh, sides: int, radius: float | None = None) -> GatherPoints:
+    """The gather points of a mesh's vertices; ``sides`` is 2 where surfaces are seen from both.
+
+    radius : of the body that the mesh is a part of [m]; None where it is all of it
+    """
     count = len(mesh.positions)
     triangles = mesh.triangles.astype(np.int64)
     faces, areas = face_normals(mesh)
@@ -102,7 +105,7 @@ def gather_points_of(mesh: Mesh, sides: int) -> GatherPoints:
     first[row] = np.arange(count)
     place, n = mesh.positions[first].astype(np.float64), normals[first]
     outwards = [n, -n][:sides]
-    lift = LIFT * mesh.radius
+    lift = LIFT * (mesh.radius if radius is None else radius)
     return GatherPoints(
         origins=np.concatenate(
             [_around(mesh, row[triangles], areas, place, n) + lift * n[:, None] for n in outwards]
@@ -165,22 +168,25 @@ def cast(
     rays : of each, a multiple of ``PLACES``
     """
     pattern = cosine_directions(rays)
-    faces, _ = face_normals(mesh)
+    faces = face_normals(mesh)[0].astype(np.float32)
     rounded, sky_rays_row = rounded_normals(points.normals)
-    cells = sky_cell(_turned(rounded, pattern))
+    # float64: a few directions are on the edges of cells.
+    cells = sky_cell(_turned(rounded, pattern)).astype(np.int32)
+    frame, pattern = frames(rounded).astype(np.float32), pattern.astype(np.float32)
     count, columns = len(points.origins), len(mesh.triangles)
     hit_share, buried = np.zeros(count), np.zeros(count, dtype=np.bool_)
     rows, targets, skies = [], [], []
     to_body, before_sky = [], []
     for start in range(0, count, _POINTS_AT_ONCE):
         stop = min(start + _POINTS_AT_ONCE, count)
-        directions = _turned(rounded[sky_rays_row[start:stop]], pattern)
+        turn = np.swapaxes(frame[sky_rays_row[start:stop]], 1, 2)
+        directions = np.matmul(pattern[None], turn).reshape(-1, 3)
         # Ray i starts at place i modulo their number: each has its own part of the sunflower.
-        origins = np.tile(points.origins[start:stop], (1, rays // PLACES, 1)).reshape(-1, 3)
-        triangle, distance = tracer.hits(origins, directions.reshape(-1, 3))
+        origins = np.tile(points.origins[start:stop].astype(np.float32), (1, rays // PLACES, 1))
+        triangle, distance = tracer.hits(origins.reshape(-1, 3), directions)
         met = np.flatnonzero(triangle >= 0)
         triangle = triangle[met].astype(np.int64)
-        along = np.einsum("ij,ij->i", faces[triangle], directions.reshape(-1, 3)[met])
+        along = np.einsum("ij,ij->i", faces[triangle], directions[met])
         behind = along > 0.0
         # Rays of a place inside another part count for nothing; the others stand for them.
         place = met // rays * PLACES + met % PLACES

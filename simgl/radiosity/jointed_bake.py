@@ -255,6 +255,10 @@ def _separate(
         form_factors=factors,
         sky=sky,
         gather=sparse.vstack(gather, format="csr").astype(np.float32),
+        # Its light is solved in the frame, pose by pose.
+        sun_gather=sparse.csr_matrix(
+            (sum(len(rows) for rows in free_row), len(patches.areas)), dtype=np.float32
+        ),
         sky_part=sparse.vstack(part, format="csr").astype(np.float32),
         sky_part_seen=np.concatenate(part_seen),
         sky_rays=sparse.vstack(free, format="csr").astype(np.float32),

@@ -56,6 +56,28 @@ class GatherMatrix:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class LightGrids:
+    """Finer light on some triangles (simgl/radiosity/light_grids.py).
+
+    triangles : (t,) of the mesh
+    gather : (g, p) csr, as ``sun_gather``, of the grids' gather points
+    point_of_node : (t, nodes, sides) the gather point of each node; -1 where what is linear between
+        the vertices holds
+    """
+
+    triangles: IndexArray
+    gather: sparse.csr_matrix
+    point_of_node: IndexArray
+
+    @property
+    def nbytes(self) -> int:
+        """Size of its arrays."""
+        matrix = self.gather
+        arrays = self.triangles, self.point_of_node, matrix.data, matrix.indices, matrix.indptr
+        return sum(array.nbytes for array in arrays)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class LightTransport:
     """How light goes between the surfaces of one body; nothing of it depends on the light.
 
@@ -69,10 +91,12 @@ class LightTransport:
     form_factors : (p, p) csr, share of the light that leaves patch i and arrives at patch j
     sky : (p, 96) csr, share that leaves to each cell of the sky
     gather : (s, p) csr, share of a gather point's cosine-weighted hemisphere that a patch covers
+    sun_gather : (s, p) csr, the same by more rays, for light that is gathered once for many frames
     sky_part : (s, 96) csr, of the rays to each cell of the sky those that meet the body or those
         that do not, whichever fill fewer cells; ``sky_part_seen`` (s,) where it is the latter
     sky_rays : (b, 96) csr, all rays to each cell; ``sky_rays_row`` (s,) is a gather point's row
     gather_point_of_vertex : (sides, v) where each vertex of the mesh gets its light
+    grids : finer light on some triangles; None where light is linear between the vertices
     """
 
     mesh: Mesh
@@ -86,11 +110,13 @@ class LightTransport:
     form_factors: sparse.csr_matrix
     sky: sparse.csr_matrix
     gather: sparse.csr_matrix
+    sun_gather: sparse.csr_matrix
     sky_part: sparse.csr_matrix
     sky_part_seen: Mask
     sky_rays: sparse.csr_matrix
     sky_rays_row: IndexArray
     gather_point_of_vertex: IndexArray
+    grids: LightGrids | None = None
 
     @property
     def digest(self) -> str:
@@ -111,6 +137,8 @@ class LightTransport:
                 total += value.nbytes
             elif isinstance(value, sparse.csr_matrix):
                 total += value.data.nbytes + value.indices.nbytes + value.indptr.nbytes
+        if self.grids is not None:
+            total += self.grids.nbytes
         # The rows for each vertex are about as long as those of the gather points.
         rows = self.gather_point_of_vertex.size / max(self.gather.shape[0], 1)
         return total + int(rows * 8 * (self.gather.nnz + self.sky_part.nnz))
@@ -128,10 +156,14 @@ class LightTransport:
         return RayTracer(self.mesh)
 
     @cached_property
+    def vertex_rows(self) -> IndexArray:
+        """(v * sides,) the gather point of each vertex, on each of its sides."""
+        return self.gather_point_of_vertex.T.ravel()
+
+    @cached_property
     def of_vertices(self) -> GatherMatrix:
         """The rows of its gather points for each vertex of the mesh."""
-        point = self.gather_point_of_vertex
-        rows = point.T.ravel()
+        point, rows = self.gather_point_of_vertex, self.vertex_rows
         gather = self.gather[rows]
         middle = int(np.searchsorted(gather.indptr, gather.nnz // 2))
         return GatherMatrix(

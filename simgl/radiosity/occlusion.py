@@ -19,23 +19,33 @@ _TRIED_EACH = 16
 _TRIED_BY_AREA = 60_000
 
 
-def moved_into_open(mesh: Mesh, tracer: RayTracer, gather: GatherPoints) -> GatherPoints:
+def moved_into_open(
+    mesh: Mesh,
+    tracer: RayTracer,
+    gather: GatherPoints,
+    body: Mesh | None = None,
+    tried_each: int = _TRIED_EACH,
+) -> GatherPoints:
     """Gather points of closed bodies, whose rays start outside other parts wherever possible.
+
+    body : which the mesh is a part of, and which the rays meet; None where the mesh is all of it
+    tried_each : places on each triangle, more on bigger ones
 
     A rib that stands on a wall, or a board under solar cells, has its vertices inside the other
     part while most of its surface is seen. What a hidden vertex hands to that surface is the light
     of places around it that are not hidden.
     """
-    hidden = inside_others(mesh, tracer, gather.origins[:, 0], gather.normals)
+    body = mesh if body is None else body
+    hidden = inside_others(body, tracer, gather.origins[:, 0], gather.normals)
     corners = gather.of_vertex[0][mesh.triangles.astype(np.int64)]
     chosen = np.flatnonzero(np.any(hidden[corners], axis=1))
     if len(chosen) == 0:
         return gather
-    triangle, weights = _places(mesh, chosen)
+    triangle, weights = _places(mesh, chosen, tried_each)
     faces, _ = face_normals(mesh)
     at = mesh.positions[mesh.triangles[triangle]].astype(np.float64)
-    points = np.einsum("ij,ijk->ik", weights, at) + LIFT * mesh.radius * faces[triangle]
-    free = ~inside_others(mesh, tracer, points, faces[triangle])
+    points = np.einsum("ij,ijk->ik", weights, at) + LIFT * body.radius * faces[triangle]
+    free = ~inside_others(body, tracer, points, faces[triangle])
     triangle, weights, points = triangle[free], weights[free], points[free]
     # Every place may serve the three corners of its triangle, best the one that it is nearest to.
     point, weight = corners[triangle].ravel(), weights.ravel()
@@ -56,8 +66,10 @@ def moved_into_open(mesh: Mesh, tracer: RayTracer, gather: GatherPoints) -> Gath
 def inside_others(mesh: Mesh, tracer: RayTracer, points: Array, normals: Array) -> Mask:
     """(n,) whether more than ``BURIED`` of the directions above points (n, 3) meet surfaces from
     behind."""
-    faces, _ = face_normals(mesh)
-    pattern = cosine_directions(_LOOKS)
+    faces = face_normals(mesh)[0].astype(np.float32)
+    pattern = cosine_directions(_LOOKS).astype(np.float32)
+    turns = np.swapaxes(frames(normals), 1, 2).astype(np.float32)
+    points = points.astype(np.float32)
     behind = np.zeros(len(points), dtype=np.int64)
     open_ = np.arange(len(points))
     # Most are decided before all rays are traced: so many behind, or too few left to be so many.
@@ -65,20 +77,21 @@ def inside_others(mesh: Mesh, tracer: RayTracer, points: Array, normals: Array) 
     start = 0
     for stop in (enough, _LOOKS - enough + 1, _LOOKS):
         some = pattern[start:stop]
-        rays = np.matmul(some[None], np.swapaxes(frames(normals[open_]), 1, 2)).reshape(-1, 3)
+        rays = np.matmul(some[None], turns[open_]).reshape(-1, 3)
         triangle, _ = tracer.hits(np.repeat(points[open_], len(some), axis=0), rays)
-        met = (triangle >= 0) & (np.einsum("ij,ij->i", faces[triangle], rays) > 0.0)
-        behind[open_] += met.reshape(-1, len(some)).sum(axis=1)
+        met = np.flatnonzero(triangle >= 0)
+        from_behind = np.einsum("ij,ij->i", faces[triangle[met]], rays[met]) > 0.0
+        behind[open_] += np.bincount(met[from_behind] // len(some), minlength=len(open_))
         left, so_far = _LOOKS - stop, behind[open_]
         open_ = open_[(so_far < enough) & (so_far + left >= enough)]
         start = stop
     return behind >= enough
 
 
-def _places(mesh: Mesh, chosen: IndexArray) -> tuple[IndexArray, Array]:
+def _places(mesh: Mesh, chosen: IndexArray, each: int) -> tuple[IndexArray, Array]:
     """Triangle (n,) and weights of its corners (n, 3) of places spread over some triangles."""
     areas = face_normals(mesh)[1][chosen]
-    number = _TRIED_EACH + (_TRIED_BY_AREA * areas / max(areas.sum(), 1e-30)).astype(np.int64)
+    number = each + (_TRIED_BY_AREA * areas / max(areas.sum(), 1e-30)).astype(np.int64)
     triangle = np.repeat(chosen, number)
     # The additive sequence of the plastic number (Roberts 2018), folded into a triangle.
     i = np.arange(len(triangle)) - np.repeat(np.cumsum(number) - number, number)

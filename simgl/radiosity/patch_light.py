@@ -12,7 +12,12 @@ from simgl.lru_cache import MANY, LruCache
 from simgl.radiosity.incident_light import IncidentLight, Neighbour
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.posed_transport import PosedTransport
-from simgl.radiosity.precomputed_response import BYTES_OF_PATCH, PrecomputedResponse
+from simgl.radiosity.precomputed_response import (
+    BYTES_OF_PATCH,
+    BYTES_OF_VERTEX,
+    GatheredSunlight,
+    PrecomputedResponse,
+)
 from simgl.radiosity.solver import Reflectors, lamp_irradiance, radiosity, reflectors
 from simgl.radiosity.sunlit_patches import SunlitPatches
 from simgl.radiosity.transport_store import MAX_BYTES
@@ -35,13 +40,14 @@ class _Surface:
 class PatchLight:
     """Solves for the light that leaves the patches of bodies.
 
-    In memory: for each of the last bodies up to 20 MB besides its transport, and their sunlit
+    In memory: for each of the last bodies up to 40 MB besides its transport, and their sunlit
     patches of the last scenes.
     """
 
     def __init__(self) -> None:
         self._surfaces = LruCache[tuple[object, ...], _Surface](MANY, max_bytes=MAX_BYTES)
         self._cosines = LruCache[bytes, Array32](_MAX_COSINES)
+        self._hidden = LruCache[bytes, Array32](_MAX_COSINES)
 
     def exitance(
         self,
@@ -54,19 +60,52 @@ class PatchLight:
         if isinstance(transport, PosedTransport):
             return self._solved(model, transport, sky, incident)
         surface = self._surface(model, transport)
+        exitance = self._but_sunlight(surface, transport, sky, incident)
+        if not incident.sun_irradiance.any():
+            return exitance
+        return exitance + surface.response.of_sun(incident.sun_direction, incident.sun_irradiance)
+
+    def at_vertices(
+        self,
+        model: SpacecraftModel,
+        transport: LightTransport,
+        sky: SkyRadiance | None,
+        incident: IncidentLight,
+    ) -> tuple[Array32, GatheredSunlight | None]:
+        """The exitance (p, 4) that vertices have yet to gather [W m-2], and what they get besides.
+
+        What other spacecraft take from the Sun's light is negative exitance.
+        """
+        if isinstance(transport, PosedTransport):
+            return self._solved(model, transport, sky, incident), None
+        surface = self._surface(model, transport)
+        exitance = self._but_sunlight(surface, transport, sky, incident)
+        if not incident.sun_irradiance.any():
+            return exitance, None
+        sun = incident.sun_direction, incident.sun_irradiance
+        return exitance, surface.response.of_sun_at_vertices(*sun)
+
+    def _but_sunlight(
+        self,
+        surface: _Surface,
+        transport: LightTransport,
+        sky: SkyRadiance | None,
+        incident: IncidentLight,
+    ) -> Array32:
+        """(p, 4) exitance by all light, less that of a Sun before which nothing stands [W m-2]."""
         response = surface.response
         exitance = response.glow
-        irradiance = np.zeros_like(exitance)
-        sunlit = bool(incident.sun_irradiance.any())
-        if sunlit and incident.before_sun:
-            cosines = self._sun_cosines(surface.sunlit, transport, incident)
-            irradiance += cosines[:, None] * incident.sun_irradiance.astype(np.float32)
-        elif sunlit:
-            exitance = exitance + response.of_sun(incident.sun_direction, incident.sun_irradiance)
         if sky is not None:
             exitance = exitance + response.of_sky(transport.cells_of(sky))
-        irradiance += self._of_lamps(transport, incident)
-        return exitance + response.of_irradiance(irradiance) if np.any(irradiance) else exitance
+        lamps = self._of_lamps(transport, incident)
+        if np.any(lamps):
+            exitance = exitance + response.of_irradiance(lamps)
+        if incident.before_sun and incident.sun_irradiance.any():
+            hidden = self._hidden_cosines(surface.sunlit, transport, incident)
+            if np.any(hidden):
+                sun = incident.sun_irradiance.astype(np.float32)
+                exitance = exitance - response.of_irradiance(hidden[:, None] * sun)
+        return exitance
 
     def _solved(
         self,
@@ -131,7 +170,21 @@ class PatchLight:
 
         # They hold the transport, which may have left its own cache.
         size = transport.nbytes + len(transport.areas) * BYTES_OF_PATCH
+        nodes = 0 if transport.grids is None else transport.grids.point_of_node.size
+        size += (len(transport.vertex_rows) + nodes) * BYTES_OF_VERTEX
         return self._surfaces.get(key, precomputed, size)
+
+    def _hidden_cosines(
+        self, sunlit: SunlitPatches, transport: LightTransport, incident: IncidentLight
+    ) -> Array32:
+        """Of the Sun's light on the patches what other spacecraft take, likewise cached."""
+
+        def traced() -> Array32:
+            blockers = [neighbour.blocker() for neighbour in incident.before_sun]
+            direction = incident.sun_direction
+            return sunlit.hidden(direction, sunlit.cosines(direction), blockers)
+
+        return self._hidden.get(_sun_key(transport, incident), traced)
 
     def _sun_cosines(
         self, sunlit: SunlitPatches, transport: LightTransport, incident: IncidentLight

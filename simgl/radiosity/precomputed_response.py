@@ -1,17 +1,20 @@
 """Precomputed response of a body to light: exitance is linear in it, so most is solved in advance.
 
 The sky is 96 cells, each solved once. The Sun is the sum of three directions of a grid
-(simgl/radiosity/sunlit_patches.py), solved when it comes near. Other light is solved on request.
+(simgl/radiosity/sunlit_patches.py), solved when it comes near, up to what vertices get of it. Other
+light is solved on request.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property, partial
 
 import numpy as np
 
 from simgl.arrays import Array, Array32
 from simgl.lru_cache import LruCache
+from simgl.radiosity.light_grids import CUTS, STEPS
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.solver import Reflectors, radiosity
 from simgl.radiosity.sunlit_patches import CAPACITY, Node, SunlitPatches, grid_corners
@@ -19,6 +22,29 @@ from simgl.radiosity.sunlit_patches import CAPACITY, Node, SunlitPatches, grid_c
 # Of the responses to all cells of the sky, and to the directions of the Sun that are cached, with
 # the cosines to those.
 BYTES_OF_PATCH = 4 * (4 * 96 + CAPACITY * (4 + 1))
+# Directions of the Sun whose light at vertices is in memory: those around it, before and behind.
+_VERTEX_CAPACITY = 9
+BYTES_OF_VERTEX = 4 * 4 * _VERTEX_CAPACITY
+# Vertices whose light is scaled together, as many as a row of their table on the GPU.
+_ROW = 2048
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class GatheredSunlight:
+    """Irradiance by surfaces that the Sun lights [W m-2].
+
+    vertices : (r, 4) of each vertex and side
+    nodes : (n, 4) what the nodes of grids get more than is linear between vertices, triangle by
+        triangle, node by node and side by side; filled up with zeros to whole rows
+    """
+
+    vertices: Array32
+    nodes: Array32
+
+
+def _in_rows(count: int) -> int:
+    """So many, filled up to whole rows."""
+    return -(-count // _ROW) * _ROW
 
 
 class PrecomputedResponse:
@@ -34,6 +60,7 @@ class PrecomputedResponse:
         self._surface = surface
         self._sunlit = sunlit
         self._nodes = LruCache[Node, Array32](CAPACITY)
+        self._at_vertices = LruCache[Node, Array32](_VERTEX_CAPACITY)
 
     @cached_property
     def glow(self) -> Array32:
@@ -66,16 +93,52 @@ class PrecomputedResponse:
         irradiance : (4,) on a surface that faces it [W m-2]
         """
         corners = grid_corners(direction)
-        # Held here: a node that is stored may evict one that is still needed.
-        known = {
-            node: cached for node, _ in corners if (cached := self._nodes.find(node)) is not None
-        }
-        known |= self._solved([node for node, _ in corners if node not in known])
+        solved = self._of_nodes([node for node, _ in corners])
         exitance = np.zeros_like(self._surface.albedo)
         for node, weight in corners:
-            per_irradiance = self._nodes.get(node, partial(known.__getitem__, node))
-            exitance += per_irradiance * (weight * irradiance).astype(np.float32)
+            exitance += solved[node] * (weight * irradiance).astype(np.float32)
         return exitance
+
+    def of_sun_at_vertices(self, direction: Array, irradiance: Array) -> GatheredSunlight:
+        """What vertices and grids get where the surfaces send the light ``of_sun``."""
+        corners = grid_corners(direction)
+        # Held here: a node that is stored may evict one that is still needed.
+        known = {
+            node: cached
+            for node, _ in corners
+            if (cached := self._at_vertices.find(node)) is not None
+        }
+        missing = [node for node, _ in corners if node not in known]
+        for node, solved in self._of_nodes(missing).items():
+            known[node] = self._gathered(solved)
+        mean = None
+        for node, weight in corners:
+            part = self._at_vertices.get(node, partial(known.__getitem__, node))
+            part = part * np.float32(weight)
+            mean = part if mean is None else np.add(mean, part, out=mean)
+        assert mean is not None
+        # In long rows: numpy takes as long for four numbers as for hundreds.
+        mean *= np.tile(irradiance.astype(np.float32), _ROW)
+        light, count = mean.reshape(-1, 4), len(self._transport.vertex_rows)
+        return GatheredSunlight(vertices=light[:count], nodes=light[_in_rows(count) :])
+
+    def _gathered(self, solved: Array32) -> Array32:
+        """(k, 4 _ROW) at vertices, then from a row of its own on at nodes, of what leaves the
+        patches (p, 4)."""
+        transport, grids = self._transport, self._transport.grids
+        at_points = transport.sun_gather @ solved
+        count = len(transport.vertex_rows)
+        nodes = 0 if grids is None else grids.point_of_node.size
+        rows = np.zeros((_in_rows(count) + _in_rows(nodes), 4), dtype=np.float32)
+        np.take(at_points, transport.vertex_rows, axis=0, out=rows[:count])
+        if grids is not None:
+            corners = transport.mesh.triangles[grids.triangles].astype(np.int64)
+            at_corners = at_points[transport.gather_point_of_vertex[:, corners]]
+            linear = np.einsum("nk,stkb->tnsb", (STEPS / CUTS).astype(np.float32), at_corners)
+            more = (grids.gather @ solved)[grids.point_of_node] - linear
+            more[grids.point_of_node < 0] = 0.0
+            rows[_in_rows(count) :][:nodes] = more.reshape(-1, 4)
+        return rows.reshape(-1, 4 * _ROW)
 
     @cached_property
     def _of_cells(self) -> Array32:
@@ -88,6 +151,13 @@ class PrecomputedResponse:
         return np.concatenate(
             [radiosity(self._transport, self._surface, face) for face in faces], axis=2
         )
+
+    def _of_nodes(self, nodes: list[Node]) -> dict[Node, Array32]:
+        """(p, 4) each for a Sun of 1 W/m2 in that direction, those in memory first."""
+        # Held here: a node that is stored may evict one that is still needed.
+        known = {node: cached for node in nodes if (cached := self._nodes.find(node)) is not None}
+        known |= self._solved([node for node in nodes if node not in known])
+        return {node: self._nodes.get(node, partial(known.__getitem__, node)) for node in nodes}
 
     def _solved(self, nodes: list[Node]) -> dict[Node, Array32]:
         """(p, 4) each for a Sun of 1 W/m2 in that direction; together they take less time."""

@@ -279,23 +279,33 @@ def earth_share(matrix: GatherMatrix, cell_radiance: Array32 | None) -> Array32:
 
 
 def vertex_irradiance(
-    matrix: GatherMatrix, exitance: Array32, values: Array32, executor: Executor
+    matrix: GatherMatrix,
+    exitance: Array32,
+    values: Array32,
+    executor: Executor,
+    more: Array32 | None = None,
 ) -> None:
     """Irradiance of vertices from the body's own surfaces [W m-2].
 
     exitance : (p, 4) of the patches, after all bounces
     values : (k, sides, 4 or more) whose first four columns are filled
     executor : works on one half; products of sparse matrices release Python's lock
+    more : (r, 4) what vertices get besides
     """
     first, second = matrix.gather
     flat = values.reshape(-1, values.shape[2])
     middle = first.shape[0]
 
-    def fill(part: Array32, gather: sparse.csr_matrix) -> None:
-        part[:, :4] = gather @ exitance
+    def fill(part: slice, gather: sparse.csr_matrix) -> None:
+        light = gather @ exitance
+        if more is not None:
+            light += more[part]
+            # Where other spacecraft take light that more rays do not find.
+            np.maximum(light, 0.0, out=light)
+        flat[part, :4] = light
 
-    rest = executor.submit(fill, flat[middle:], second)
-    fill(flat[:middle], first)
+    rest = executor.submit(fill, slice(middle, None), second)
+    fill(slice(0, middle), first)
     rest.result()
     if matrix.between is not None:
         flat[:, :4] += matrix.between.spread @ (matrix.between.light @ exitance)

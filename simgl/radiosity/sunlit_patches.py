@@ -42,8 +42,12 @@ class SunlitPatches:
         for node, weight in grid_corners(direction):
             cosines += np.float32(weight) * self.at(node)
         if blockers:
-            cosines *= 1.0 - blocked_by(self._transport, direction, blockers, cosines > 0.0)
+            cosines -= self.hidden(direction, cosines, blockers)
         return cosines
+
+    def hidden(self, direction: Array, cosines: Array32, blockers: Sequence[Blocker]) -> Array32:
+        """(p,) what other bodies take from the cosines (p,) of the patches."""
+        return cosines * blocked_by(self._transport, direction, blockers, cosines > 0.0)
 
     def at(self, node: Node) -> Array32:
         """(p,) the same for a direction of the grid, traced."""

@@ -19,7 +19,8 @@ from simgl.radiosity.bake import BakeSettings, bake, sees_itself
 from simgl.radiosity.hemisphere import SKY_CELLS
 from simgl.radiosity.jointed_bake import bake_jointed
 from simgl.radiosity.jointed_transport import JointedTransport
-from simgl.radiosity.light_transport import LightTransport
+from simgl.radiosity.light_grids import NODES
+from simgl.radiosity.light_transport import LightGrids, LightTransport
 from simgl.radiosity.posed_transport import PosedTransport
 from simgl.radiosity.rigid_pairs import NOWHERE
 from simgl.scene.mesh import Mesh
@@ -38,12 +39,15 @@ STEPS: dict[JointLight, float] = {"quick": np.radians(1.0), "exact": np.radians(
 # quick one, up to 50 MB if exact.
 MAX_BYTES = 512 << 20
 # Part of every key: with a change in how bakes are made or stored, old files are not read any more.
-VERSION = 8
+VERSION = 10
+
+# Of poses that do not last: a fifth of the time.
+_MOVED = BakeSettings(sun_rays=256, grids=0)
 
 _Bake = TypeVar("_Bake")
 _NOT_WRITTEN = "light between surfaces is traced again next time"
 _JOINTED_ARRAYS = ("group_of_patch", "reach", "target")
-_MATRICES = ("form_factors", "sky", "gather", "sky_part", "sky_rays")
+_MATRICES = ("form_factors", "sky", "gather", "sun_gather", "sky_part", "sky_rays")
 
 
 class TransportStore:
@@ -80,7 +84,12 @@ class TransportStore:
             )
         return self._transports.get(
             (posed.digest, open_sheets),
-            lambda: transport_of(posed.baked(), open_sheets=open_sheets, progress=progress),
+            lambda: transport_of(
+                posed.baked(),
+                open_sheets=open_sheets,
+                settings=BakeSettings() if posed.motion is None else _MOVED,
+                progress=progress,
+            ),
             lambda transport: 0 if transport is None else transport.nbytes,
         )
 
@@ -230,7 +239,9 @@ def _packed(transport: LightTransport) -> dict[str, Any]:
     data: dict[str, Any] = {}
     for field in fields(transport):
         value = getattr(transport, field.name)
-        if field.name in _MATRICES:
+        if field.name == "grids":
+            data |= _packed_grids(transport.grids)
+        elif field.name in _MATRICES:
             data |= matrix_arrays(field.name, value)
         elif field.name == "mesh":
             arrays = {f.name: getattr(value, f.name) for f in fields(value)}
@@ -238,6 +249,23 @@ def _packed(transport: LightTransport) -> dict[str, Any]:
         else:
             data[field.name] = np.asarray(value)
     return data
+
+
+def _packed_grids(grids: LightGrids | None) -> dict[str, Any]:
+    if grids is None:
+        return {}
+    plain = {f"grids.{name}": getattr(grids, name) for name in ("triangles", "point_of_node")}
+    return plain | matrix_arrays("grids.gather", grids.gather)
+
+
+def _unpacked_grids(data: dict[str, Any]) -> LightGrids | None:
+    if "grids.triangles" not in data:
+        return None
+    return LightGrids(
+        triangles=data["grids.triangles"],
+        gather=_matrix(data, "grids.gather"),
+        point_of_node=data["grids.point_of_node"],
+    )
 
 
 def _matrix(data: dict[str, Any], name: str) -> sparse.csr_matrix:
@@ -253,7 +281,7 @@ def _unpacked(data: dict[str, Any]) -> LightTransport:
     matrices = {name: _matrix(data, name) for name in _MATRICES}
     plain = {name: array for name, array in data.items() if "." not in name}
     plain["sides"] = int(plain["sides"])
-    transport = LightTransport(mesh=Mesh(**mesh), **matrices, **plain)
+    transport = LightTransport(mesh=Mesh(**mesh), **matrices, **plain, grids=_unpacked_grids(data))
     _check(transport)
     return transport
 
@@ -267,6 +295,7 @@ def _check(transport: LightTransport) -> None:
         "form_factors": (patches, patches),
         "sky": (patches, transport.sky.shape[1]),
         "gather": (points, patches),
+        "sun_gather": (points, patches),
         "sky_part": (points, transport.sky.shape[1]),
         "sky_rays": (transport.sky_rays.shape[0], transport.sky.shape[1]),
     }
@@ -280,8 +309,19 @@ def _check(transport: LightTransport) -> None:
     right = all(getattr(transport, name).shape == shape for name, shape in shapes.items())
     for index, shape, count in indices:
         right &= index.shape == shape and index.min() >= 0 and index.max() < count
+    if transport.grids is not None:
+        right &= _points_somewhere(transport.grids, transport)
     if not right:
         raise ValueError("an index of a light transport points nowhere")
+
+
+def _points_somewhere(grids: LightGrids, transport: LightTransport) -> bool:
+    grids.gather.check_format(full_check=True)
+    points, patches = grids.gather.shape
+    node, count = grids.point_of_node, len(grids.triangles)
+    right = patches == len(transport.areas) and node.shape == (count, NODES, transport.sides)
+    right &= bool(node.min() >= -1 and node.max() < points and grids.triangles.min() >= 0)
+    return right and bool(grids.triangles.max() < len(transport.mesh.triangles))
 
 
 def lit_mesh(model: SpacecraftModel, transport: LightTransport) -> PosedMesh:

@@ -41,6 +41,12 @@ def test_a_bake_is_found_again_bit_for_bit(monkeypatch: pytest.MonkeyPatch) -> N
     assert (again.gather != first.gather).nnz == 0
     assert (again.form_factors != first.form_factors).nnz == 0
     np.testing.assert_array_equal(again.gather_point_of_vertex, first.gather_point_of_vertex)
+    assert (again.sun_gather != first.sun_gather).nnz == 0
+    assert again.grids is not None
+    assert first.grids is not None
+    assert (again.grids.gather != first.grids.gather).nnz == 0
+    np.testing.assert_array_equal(again.grids.triangles, first.grids.triangles)
+    np.testing.assert_array_equal(again.grids.point_of_node, first.grids.point_of_node)
 
 
 @pytest.mark.parametrize("content", [b"", b"not a file of arrays", None])
@@ -65,6 +71,10 @@ def test_a_damaged_file_is_made_anew(content: bytes | None) -> None:
         ("patch_of_side", -1),
         ("sky_rays_row", 10**6),
         ("gather_point_of_vertex", 10**6),
+        ("sun_gather.indices", 10**6),
+        ("grids.gather.indices", 10**6),
+        ("grids.point_of_node", -2),
+        ("grids.triangles", 10**6),
     ],
 )
 def test_a_file_whose_indices_point_nowhere_is_made_anew(array: str, value: int) -> None:

@@ -1,0 +1,30 @@
+// Grids on triangles over which light of other surfaces is far from linear (simgl/radiosity/light_grids.py).
+
+uniform usampler2D light_grids;   // of each triangle 1 and the number of its grid, 0 without one
+uniform sampler2D grid_light;     // of each node and side irradiance [W m-2] more than is linear
+
+const uint GRID_CUTS = 4u;
+const uint GRID_NODES = 15u;
+
+// A node by how many parts of the edges it lies from the third corner towards the first and second.
+vec4 grid_node(uint grid, uint i, uint j, bool back) {
+    uint node = i * (2u * GRID_CUTS + 3u - i) / 2u + j;
+    return texelFetch(grid_light, table_place((grid * GRID_NODES + node) * SIDES + uint(back) % SIDES), 0);
+}
+
+// Irradiance [W m-2] more than is linear between a triangle's vertices, at weights of its corners.
+vec4 more_of_grid(uint triangle, vec3 weights, bool back) {
+    uint number = texelFetch(light_grids, table_place(triangle), 0).r;
+    if (number == 0u) return vec4(0.0);
+    vec2 at = weights.xy * float(GRID_CUTS);
+    uint i = min(uint(at.x), GRID_CUTS - 1u), j = min(uint(at.y), GRID_CUTS - 1u - i);
+    vec2 part = clamp(at - vec2(i, j), 0.0, 1.0);
+    vec4 first = grid_node(number - 1u, i + 1u, j, back), second = grid_node(number - 1u, i, j + 1u, back);
+    float beyond = part.x + part.y - 1.0;
+    if (beyond <= 0.0 || i + j == GRID_CUTS - 1u) {
+        part /= max(part.x + part.y, 1.0);
+        return part.x * first + part.y * second + (1.0 - part.x - part.y) * grid_node(number - 1u, i, j, back);
+    }
+    return (1.0 - part.y) * first + (1.0 - part.x) * second
+         + beyond * grid_node(number - 1u, i + 1u, j + 1u, back);
+}

@@ -1,0 +1,172 @@
+"""Grids of gather points on triangles over which the Sun's reflected light is far from linear.
+
+A grid holds what its nodes get more than is linear between the triangle's vertices. Only light that
+is gathered once for many frames is found so finely: the mesh that is drawn stays as it is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from simgl.arrays import Array, Array32, IndexArray, Mask
+from simgl.radiosity.gather_points import face_normals, gather_points_of, nearest_open
+from simgl.radiosity.light_transport import LightGrids, LightTransport
+from simgl.radiosity.occlusion import moved_into_open
+from simgl.radiosity.solver import lit_normals
+from simgl.radiosity.sun_gather import point_form_factors
+from simgl.rays import RayTracer
+from simgl.scene.mesh import Mesh
+
+# Parts of a triangle's edges, and nodes of its grid; as in shaders/gbuffer/light_grids.glsl.
+CUTS = 4
+NODES = (CUTS + 1) * (CUTS + 2) // 2
+# (NODES, 3) weights of the corners at the nodes, in fourths.
+STEPS = np.array(
+    [(i, j, CUTS - i - j) for i in range(CUTS + 1) for j in range(CUTS + 1 - i)], dtype=np.int64
+)
+# Directions of the Sun, even over the sphere, under which triangles are compared.
+_SUNS = 24
+# What all surfaces reflect: materials are not known to a bake.
+_ALBEDO = np.float32(0.5)
+# Bounces after the first; what is left of light is a tenth then.
+_BOUNCES = 3
+# Of the Sun's irradiance: differences count relative to all light there, and at least to this.
+_FLOOR = 0.003
+# Of the body's radius: triangles with shorter edges have no grids.
+_SHORTEST = 1.0 / 150.0
+# Of the grids' matrix: a product with it takes 10 ms of one core, once for a direction of the Sun.
+_MAX_ENTRIES = 2_500_000
+# Gather points of a grid, those on its edges shared with a neighbour.
+_POINTS_EACH = 8
+# Places tried for hidden nodes on each of the small triangles between them.
+_TRIED_EACH = 4
+# Places are equal to this share of the body's radius, which float32 resolves.
+_EQUAL = 1e-6
+
+
+def with_light_grids(
+    transport: LightTransport, tracer: RayTracer, count: int, rays: int
+) -> LightTransport:
+    """The transport with grids on up to so many triangles, those where most light is uneven.
+
+    rays : of each gather point
+    """
+    mesh, sides = transport.mesh, transport.sides
+    worth = _unevenness(transport) * face_normals(mesh)[1]
+    corners = mesh.positions[mesh.triangles].astype(np.float64)
+    longest = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).max(axis=1)
+    worth[longest < _SHORTEST * mesh.radius] = 0.0
+    order = np.argsort(-worth, kind="stable")[:count]
+    chosen = np.sort(order[(worth[order] > 0.0) & _affordable(transport, order)])
+    if len(chosen) == 0:
+        return transport
+    fine = _cut(mesh, chosen)
+    points = gather_points_of(fine, sides, mesh.radius)
+    if sides == 1:
+        points = moved_into_open(fine, tracer, points, mesh, _TRIED_EACH)
+    every = np.ones(len(points.origins), dtype=np.bool_)
+    gather, buried = point_form_factors(
+        mesh, tracer, points, every, sides, transport.patch_of_side, rays, True, lambda _: None
+    )
+    rows = nearest_open(fine, points, buried)[points.of_vertex]
+    used, of_node = np.unique(rows, return_inverse=True)
+    of_node = np.moveaxis(of_node.reshape(sides, len(chosen), NODES), 0, 2)
+    of_node[~_continuous(mesh, chosen)] = -1
+    grids = LightGrids(triangles=chosen, gather=gather[used], point_of_node=of_node)
+    return replace(transport, grids=grids)
+
+
+def _unevenness(transport: LightTransport) -> Array:
+    """(m,) how much reflected sunlight differs between the corners of triangles, relative to all
+    light there; the mean over directions of the Sun, on the side where that is more."""
+    suns, form_factors = _sphere(_SUNS), transport.form_factors
+    direct = np.stack(
+        [
+            np.maximum(
+                0.5 * (lit_normals(transport, sun, 0) + lit_normals(transport, sun, 1)) @ sun, 0.0
+            )
+            for sun in suns
+        ],
+        axis=1,
+    ).astype(np.float32)
+    leaving: Array32 = _ALBEDO * direct
+    for _ in range(_BOUNCES):
+        leaving = _ALBEDO * (direct + form_factors @ leaving)
+    at_points = transport.sun_gather @ leaving
+    triangles = transport.mesh.triangles.astype(np.int64)
+    uneven = np.zeros(len(triangles))
+    for side, of_vertex in enumerate(transport.gather_point_of_vertex):
+        light = at_points[of_vertex][triangles]
+        patch = transport.patch_of_side.reshape(transport.sides, -1)[side]
+        all_light = np.maximum(light.mean(axis=1) + direct[patch], _FLOOR)
+        spread = (light.max(axis=1) - light.min(axis=1)) / all_light
+        uneven = np.maximum(uneven, np.minimum(spread, 1.0).mean(axis=1))
+    return uneven
+
+
+def _affordable(transport: LightTransport, triangles: IndexArray) -> Mask:
+    """(t,) the first triangles, as many as gather from few enough patches."""
+    entries = np.diff(transport.gather.indptr)[transport.gather_point_of_vertex]
+    corners = transport.mesh.triangles[triangles].astype(np.int64)
+    each = _POINTS_EACH * entries[:, corners].mean(axis=2).sum(axis=0)
+    return np.asarray(np.cumsum(each) < _MAX_ENTRIES)
+
+
+def _sphere(count: int) -> Array:
+    """(count, 3) unit directions, even over the sphere (a sunflower's seeds by height)."""
+    i = np.arange(count)
+    z = 1.0 - (2.0 * i + 1.0) / count
+    turn = i * np.pi * (3.0 - np.sqrt(5.0))
+    radius = np.sqrt(1.0 - z * z)
+    return np.stack([radius * np.cos(turn), radius * np.sin(turn), z], axis=1)
+
+
+def _cut(mesh: Mesh, chosen: IndexArray) -> Mesh:
+    """Some triangles of a mesh cut into ``CUTS``^2 each: their nodes, triangle by triangle."""
+    number = {(int(i), int(j)): k for k, (i, j, _) in enumerate(STEPS)}
+    pieces = []
+    for i, j in number:
+        if i + j < CUTS:
+            pieces.append((number[i + 1, j], number[i, j + 1], number[i, j]))
+        if i + j < CUTS - 1:
+            pieces.append((number[i + 1, j + 1], number[i, j + 1], number[i + 1, j]))
+    corners = mesh.triangles[chosen].astype(np.int64)
+    places = np.einsum("nk,tkj->tnj", STEPS / CUTS, mesh.positions[corners].astype(np.float64))
+    normals = np.einsum("nk,tkj->tnj", STEPS / CUTS, mesh.normals[corners].astype(np.float64))
+    # Nodes of an edge are at one place from both sides of it.
+    step = _EQUAL * mesh.radius
+    label = np.zeros(len(chosen) * NODES, dtype=np.uint32)
+    first = NODES * np.arange(len(chosen))
+    return Mesh(
+        positions=(np.round(places / step) * step).reshape(-1, 3).astype(np.float32),
+        normals=normals.reshape(-1, 3).astype(np.float32),
+        triangles=(first[:, None, None] + np.array(pieces)).reshape(-1, 3).astype(np.uint32),
+        part=label,
+        material=label,
+    )
+
+
+def _continuous(mesh: Mesh, chosen: IndexArray) -> Mask:
+    """(t, NODES) nodes about which all triangles have grids: on the rim the vertices' light holds,
+    so that it has no step there."""
+    corner = gather_points_of(mesh, 1).of_vertex[0][mesh.triangles.astype(np.int64)]
+    without = np.ones(len(corner), dtype=np.bool_)
+    without[chosen] = False
+    ends = np.sort(np.stack([corner, np.roll(corner, -1, axis=1)], axis=2), axis=2)
+    keys = ends[..., 0] * (int(corner.max()) + 1) + ends[..., 1]
+    edge = np.unique(keys, return_inverse=True)[1].reshape(-1, 3)
+
+    def full(of_triangle: IndexArray) -> Mask:
+        lacks = np.bincount(of_triangle.ravel(), np.repeat(without, 3))
+        return np.asarray(lacks[of_triangle[chosen]] == 0.0)
+
+    full_corners, full_edges = full(corner), full(edge)
+    continuous = np.ones((len(chosen), NODES), dtype=np.bool_)
+    for k in range(3):
+        # Edge k runs from corner k to k + 1; on it the third corner has no weight.
+        continuous[:, STEPS[:, (k + 2) % 3] == 0] &= full_edges[:, k, None]
+    for k in range(3):
+        continuous[:, STEPS[:, k] == CUTS] = full_corners[:, k, None]
+    return continuous
