@@ -41,9 +41,6 @@ MAX_BYTES = 512 << 20
 # Part of every key: with a change in how bakes are made or stored, old files are not read any more.
 VERSION = 10
 
-# Of poses that do not last: a fifth of the time.
-_MOVED = BakeSettings(sun_rays=256, grids=0)
-
 _Bake = TypeVar("_Bake")
 _NOT_WRITTEN = "light between surfaces is traced again next time"
 _JOINTED_ARRAYS = ("group_of_patch", "reach", "target")
@@ -84,12 +81,7 @@ class TransportStore:
             )
         return self._transports.get(
             (posed.digest, open_sheets),
-            lambda: transport_of(
-                posed.baked(),
-                open_sheets=open_sheets,
-                settings=BakeSettings() if posed.motion is None else _MOVED,
-                progress=progress,
-            ),
+            lambda: transport_of(posed.baked(), open_sheets=open_sheets, progress=progress),
             lambda transport: 0 if transport is None else transport.nbytes,
         )
 
