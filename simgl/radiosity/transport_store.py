@@ -81,7 +81,9 @@ class TransportStore:
             )
         return self._transports.get(
             (posed.digest, open_sheets),
-            lambda: transport_of(posed.baked(), open_sheets=open_sheets, progress=progress),
+            lambda: transport_of(
+                posed.baked(), open_sheets=open_sheets, settings=BakeSettings(), progress=progress
+            ),
             lambda transport: 0 if transport is None else transport.nbytes,
         )
 
