@@ -13,7 +13,8 @@ import pytest
 from simgl.passes.mesh_store import MeshStore
 from simgl.passes.outline_program import OutlineProgram
 from simgl.passes.shadow import ShadowPass
-from simgl.view.shadow_views import ShadowView, shadow_view
+from simgl.view.shadow_views import ShadowView
+from tests.passes.shadow_scenes import sun_shadow
 from tests.scenes import lambert, scene
 
 # Steps of the grid of directions: 0.6 of the Sun's radius, rounded up by less than 4.4 %.
@@ -34,13 +35,7 @@ def view_under(tilt: float, aside_m: float = 0.0) -> ShadowView:
         {"position_icrf_m": [0.0, 0.0, 50.0], "boresight": [0, 0, -1], "up": [0, 1, 0]},
         sun_direction=(float(np.sin(tilt)), 0.0, float(np.cos(tilt))),
     )
-    state = scenario.at(scenario.epoch_tai_ns)
-    camera, body = state.cameras["cam"], state.bodies["plate"]
-    body_from_camera = np.eye(4)
-    body_from_camera[:3, :3] = camera.R_camera_from_icrf.T
-    body_from_camera[:3, 3] = camera.position
-    sun = state.direct_light(body.pose.position).main
-    return shadow_view(state, body, camera.camera, sun, body_from_camera)
+    return sun_shadow(scenario, "plate")
 
 
 @contextmanager

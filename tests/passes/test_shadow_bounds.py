@@ -14,7 +14,8 @@ from simgl.gpu.release import release_all
 from simgl.passes.caster_planes import CasterPlanes
 from simgl.passes.mesh_store import MeshStore
 from simgl.passes.shadow import ShadowPass
-from simgl.view.shadow_views import CELL, REACHES, ShadowMap, shadow_view
+from simgl.view.shadow_views import CELL, REACHES, ShadowMap
+from tests.passes.shadow_scenes import sun_shadow
 from tests.scenes import lambert, scene
 
 
@@ -31,14 +32,7 @@ def _drawn_maps(gl: moderngl.Context) -> tuple[ShadowMap, Array32, Array32, Arra
         },
         {"position_icrf_m": [0.0, 0.0, 500.0], "boresight": [0, 0, -1], "up": [0, 1, 0]},
     )
-    state = scenario.at(scenario.epoch_tai_ns)
-    camera = state.cameras["cam"]
-    body_from_camera = np.eye(4)
-    body_from_camera[:3, :3] = camera.R_camera_from_icrf.T
-    body_from_camera[:3, 3] = camera.position
-    ball = state.bodies["ball"]
-    sun = state.direct_light(ball.pose.position).main
-    view = shadow_view(state, ball, camera.camera, sun, body_from_camera)
+    view = sun_shadow(scenario, "ball")
     meshes = MeshStore(gl)
     shadows = ShadowPass(gl, meshes)
     ((depths, _, tops, *_),) = shadows.cast([view])

@@ -13,7 +13,7 @@ from simgl.passes.shadow import ShadowPass
 from simgl.passes.sunlight import SunlightPass
 from simgl.scenario.scenario import Scenario
 from simgl.simulator import Product, Simulator
-from simgl.view.shadow_views import ShadowView, shadow_view
+from tests.passes.shadow_scenes import sun_shadow
 from tests.scenes import lambert, scene
 
 
@@ -43,22 +43,12 @@ def _close_scene(seed: int) -> Scenario:
     return scene(bodies, camera, sun_direction=sun)
 
 
-def _view(scenario: Scenario) -> ShadowView:
-    state = scenario.at(scenario.epoch_tai_ns)
-    camera, body = state.cameras["cam"], state.bodies["plate"]
-    body_from_camera = np.eye(4)
-    body_from_camera[:3, :3] = camera.R_camera_from_icrf.T
-    body_from_camera[:3, 3] = camera.position
-    sun = state.direct_light(body.pose.position).main
-    return shadow_view(state, body, camera.camera, sun, body_from_camera)
-
-
 def _depths(texture: moderngl.Texture) -> Array32:
     return np.frombuffer(texture.read(), "<f4").reshape(texture.height, texture.width)
 
 
 def test_a_texel_of_the_slabs_holds_all_depths_of_its_place(gl: moderngl.Context) -> None:
-    view = _view(_close_scene(1))
+    view = sun_shadow(_close_scene(1), "plate")
     assert view.close is not None
     meshes = MeshStore(gl)
     shadows = ShadowPass(gl, meshes)
@@ -84,7 +74,7 @@ def test_a_search_in_the_slabs_finds_what_one_in_the_depths_finds(
     seed: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scenario = _close_scene(seed)
-    assert _view(scenario).close is not None
+    assert sun_shadow(scenario, "plate").close is not None
     look_for_the_rest = SunlightPass._look_for_the_rest
     ways: list[tuple[str, ...]] = []
 

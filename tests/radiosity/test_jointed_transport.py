@@ -195,6 +195,14 @@ def traced(monkeypatch: pytest.MonkeyPatch) -> list[object]:
     return traced
 
 
+@pytest.fixture
+def _baked(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The room is baked, with room for the pairs of one test alone."""
+    prepared = replace(room())
+    monkeypatch.setattr(transport_store, "transport_of", lambda *_, **__: None)
+    monkeypatch.setattr(transport_store, "jointed_transport_of", lambda *_, **__: prepared)
+
+
 def test_only_pairs_on_two_sides_of_a_joint_that_moved_are_traced(traced: list[object]) -> None:
     # The shutter on a rail of the ceiling.
     joints = replace(ROOM_JOINTS[0], parent=1), ROOM_JOINTS[1]
@@ -210,14 +218,11 @@ def test_only_pairs_on_two_sides_of_a_joint_that_moved_are_traced(traced: list[o
     assert len(traced) == 6 + 4 + 4
 
 
+@pytest.mark.usefixtures("_baked")
 def test_no_frame_waits_for_a_bake_of_parts_that_begin_to_move(
     monkeypatch: pytest.MonkeyPatch, traced: list[object]
 ) -> None:
     """All stand as stored at the start, when time may be spent; in the loop only pairs are new."""
-    # Room for the pairs of this test alone.
-    prepared = replace(room())
-    monkeypatch.setattr(transport_store, "transport_of", lambda *_, **__: None)
-    monkeypatch.setattr(transport_store, "jointed_transport_of", lambda *_, **__: prepared)
     model = room_model()
     transports = TransportStore()
     transports.prepare(model, "quick")
@@ -228,13 +233,9 @@ def test_no_frame_waits_for_a_bake_of_parts_that_begin_to_move(
     assert len(traced) == 6 + 4
 
 
-def test_a_joint_on_the_move_finds_its_next_pose_made(
-    monkeypatch: pytest.MonkeyPatch, traced: list[object]
-) -> None:
+@pytest.mark.usefixtures("_baked")
+def test_a_joint_on_the_move_finds_its_next_pose_made(traced: list[object]) -> None:
     """A shutter that slides by a tenth of a step in each frame, over eight steps."""
-    prepared = replace(room())
-    monkeypatch.setattr(transport_store, "transport_of", lambda *_, **__: None)
-    monkeypatch.setattr(transport_store, "jointed_transport_of", lambda *_, **__: prepared)
     model = room_model()
     size = model.step_sizes(transport_store.STEPS["quick"])[0]
     transports, light = TransportStore(), PatchLight()
