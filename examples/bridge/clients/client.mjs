@@ -21,9 +21,6 @@ class Client {
       if (reply.type === kind) return [reply, planes]; // not the pong of a server that starts
     }
   }
-  async hello() {
-    return (await this.ask("welcome", { type: "hello", client: "node", versions: ["simgl/1"] }))[0];
-  }
   async render(tai_ns, camera, bodies) {
     const cameras = [{ camera }];
     const header = { type: "render", id: ++this.id, tai_ns, cameras, bodies };
@@ -35,10 +32,10 @@ class Client {
 }
 
 const client = new Client(process.argv[2] ?? "tcp://127.0.0.1:5563");
-const welcome = await client.hello();
-const chaser = {
-  position_m: [0.5, -0.25, 40], velocity_m_s: [0, 0, -0.1], q_icrf_from_body_xyzw: [0, 0, 0, 1],
-};
+const hello = { type: "hello", client: "node", versions: ["simgl/1"] };
+const [welcome] = await client.ask("welcome", hello);
+const pose = { position_m: [0.5, -0.25, 40], velocity_m_s: [0, 0, -0.1] };
+const chaser = { ...pose, q_icrf_from_body_xyzw: [0, 0, 0, 1] };
 const image = await client.render(welcome.epoch_tai_ns, welcome.cameras[0].name, { chaser });
 let sum = 0;
 for (let i = 0; i < image.height; ++i) for (let j = 0; j < image.width; ++j) sum += image.dn(i, j);
