@@ -27,7 +27,7 @@ from benchmarks.flight.distant_earth import DATES, Reflected, reflected
 from simgl import assets
 from simgl.arrays import Array, Array32, Image8
 from simgl.gpu.context import temporary_context
-from simgl.passes.background.cloud_map import cloud_amounts, noise_texture, weather_codes
+from simgl.passes.background.cloud_map import noise_texture, weather_codes
 from simgl.passes.background.earth_maps import ground_textures
 from simgl.scene.earth import Clouds, EarthMaps
 
@@ -111,15 +111,15 @@ def _by_cells(light: Reflected) -> Array:
 def fit(ctx: moderngl.Context, clear: Array, all_sky: Array, measured: Array) -> Array32:
     """(18, 36) the amounts; all arguments albedos (18, 36) from the north on.
 
-    clear, all_sky : of simgl, with the present amounts and the seeds of ``reflected``
+    clear, all_sky : of simgl without amounts, with the seeds of ``reflected``
     measured : that are wanted
     """
-    amounts = cloud_amounts()
+    amounts = np.zeros((ROWS, COLUMNS), dtype=np.float32)
     seen = _albedo(climate(ctx, amounts, range(len(DATES))), clear)
     of_light = (all_sky - clear).sum(axis=1) / (seen - clear).sum(axis=1)
     latitude = 85.0 - 10.0 * np.arange(ROWS)
     weight = np.clip((70.0 - np.abs(latitude)) / 20.0, 0.0, 1.0)[:, None]
-    of_rows = climate(ctx, np.zeros_like(amounts), _SEEDS)[2].mean(axis=1)
+    of_rows = climate(ctx, amounts, _SEEDS)[2].mean(axis=1)
     for _ in range(_ROUNDS):
         clouds = climate(ctx, amounts, _SEEDS)
         seen = _albedo(clouds, clear)
@@ -135,7 +135,13 @@ def fit(ctx: moderngl.Context, clear: Array, all_sky: Array, measured: Array) ->
 
 
 def main() -> None:
-    """Fit and write them."""
+    """Fit and write them.
+
+    The fit begins without amounts, so that it does not depend on those of an earlier run; they are
+    lost where it is interrupted.
+    """
+    path = assets.data() / "earth" / "cloud_amounts.csv"
+    np.savetxt(path, np.zeros((ROWS, COLUMNS)), fmt="%.2f", delimiter=",")
     truth = Path(sys.argv[1]) / "ceres_2018_all_sky_1deg.csv"
     broadband = np.loadtxt(truth, delimiter=",")[::-1]
     with temporary_context() as ctx:
@@ -143,7 +149,6 @@ def main() -> None:
         all_sky = _by_cells(reflected(ctx, clouds={}))
         amounts = fit(ctx, clear, all_sky, _cells(in_bands(broadband, clear=False)))
     amounts[_PACIFIC] += _MORE
-    path = assets.data() / "earth" / "cloud_amounts.csv"
     np.savetxt(path, amounts, fmt="%.2f", delimiter=",")
 
 
