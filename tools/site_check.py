@@ -34,10 +34,10 @@ def opened_browser() -> Iterator[Any]:
         program.close()
 
 
-def faults(tab: Any, page: Path, images: Path | None = None) -> list[str]:
+def faults(tab: Any, page: Path, images: str | None = None) -> list[str]:
     """What is wrong with a page that is opened in a browser's tab.
 
-    images : folder for what it looks like at each width
+    images : beginning of the paths of its pictures, one at each width
     """
     from axe_playwright_python.sync_playwright import Axe
 
@@ -52,8 +52,7 @@ def faults(tab: Any, page: Path, images: Path | None = None) -> list[str]:
         if images is not None:
             tall = min(tab.evaluate("document.documentElement.scrollHeight"), _LONGEST)
             clip = {"x": 0, "y": 0, "width": width, "height": tall}
-            path = images / f"{page.stem}_{width}.png"
-            tab.screenshot(path=path, full_page=True, clip=clip)
+            tab.screenshot(path=f"{images}_{width}.png", full_page=True, clip=clip)
     for colours in ("dark", "light"):
         tab.emulate_media(color_scheme=colours)
         for violation in Axe().run(tab).response["violations"]:
@@ -77,9 +76,11 @@ def main() -> int:
     with opened_browser() as browser:
         tab = browser.new_page()
         for page in pages:
-            wrong = faults(tab, page, options.images)
+            name = page.relative_to(options.site)
+            images = options.images and f"{options.images / '_'.join(name.with_suffix('').parts)}"
+            wrong = faults(tab, page, images)
             faulty += bool(wrong)
-            print(f"{page.relative_to(options.site)}: {'; '.join(wrong) or 'ok'}", flush=True)
+            print(f"{name}: {'; '.join(wrong) or 'ok'}", flush=True)
     print(f"{len(pages)} pages, {faulty} with faults")
     return min(faulty, 1)
 
