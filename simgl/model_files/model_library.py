@@ -24,9 +24,9 @@ from simgl.file_cache import FileCache
 from simgl.input_files import read_file
 from simgl.lru_cache import MANY
 from simgl.model_files.gltf_model import read_gltf
+from simgl.model_files.heat_tables import ThermalLinkTable, read_thermal
 from simgl.model_files.joint_tables import JointTable, read_joints
 from simgl.model_files.model_from_mesh import PLAIN, check_size, mesh_of_triangles
-from simgl.model_files.thermal_tables import ThermalLinkTable, read_thermal
 from simgl.physics.spectrum import BANDS
 from simgl.scene.materials import MAX_MATERIALS, Material
 from simgl.scene.spacecraft import SpacecraftModel

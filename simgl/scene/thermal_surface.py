@@ -1,9 +1,9 @@
-"""Thermal properties of surfaces, parts and what is inside: what temperatures need to know of a
-spacecraft."""
+"""Thermal properties of surfaces, of parts, and of what is inside a spacecraft."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from simgl.errors import did_you_mean
@@ -57,16 +57,16 @@ class ThermalLink:
     """A path of heat between two of the structures of parts and the nodes, by their names.
 
     conductance : [W K-1]
-    exchange_area : of radiation, area times emissivity times Gebhart's factor [m2]
+    radiative_coupling : of radiation, area times emissivity times Gebhart's factor [m2]
     """
 
     between: tuple[str, str]
     conductance: float = 0.0
-    exchange_area: float = 0.0
+    radiative_coupling: float = 0.0
 
 
 def links_problem(
-    parts: Collection[str], nodes: Mapping[str, ThermalNode], links: Sequence[ThermalLink]
+    parts: Sequence[str], nodes: Mapping[str, ThermalNode], links: Sequence[ThermalLink]
 ) -> tuple[str, str] | None:
     """What keeps nodes and links from being a network: the key of a model card and the problem.
 
@@ -75,7 +75,7 @@ def links_problem(
     for name in nodes:
         if name in parts:
             return f"thermal_node.{name}", "has the name of a part"
-    known = {*parts, *nodes}
+    known, count = {*parts, *nodes}, Counter(parts)
     joined: dict[str, set[str]] = {name: set() for name in known}
     for index, link in enumerate(links):
         key = f"thermal_link[{index}]"
@@ -83,18 +83,22 @@ def links_problem(
             if name not in known:
                 problem = f'has "{name}", no part or thermal_node; {did_you_mean(name, known)}'
                 return f"{key}.between", problem
+            if count[name] > 1:
+                problem = f'has part "{name}", of which the file has {count[name]}'
+                return f"{key}.between", problem
         if link.between[0] == link.between[1]:
             return f"{key}.between", f'joins "{link.between[0]}" with itself'
-        if link.conductance <= 0.0 and link.exchange_area <= 0.0:
-            return key, "needs conductance_w_k or exchange_area_m2 above 0"
+        sizes = link.conductance, link.radiative_coupling
+        if min(sizes) < 0.0 or max(sizes) == 0.0:
+            return key, "needs conductance_w_k or radiative_coupling_m2 above 0, and none below"
         first, second = link.between
         joined[first].add(second)
         joined[second].add(first)
     reached = set(parts)
-    found = set(parts)
-    while found:
-        found = set().union(*(joined[name] for name in found)) - reached
-        reached |= found
+    newest = set(parts)
+    while newest:
+        newest = set().union(*(joined[name] for name in newest)) - reached
+        reached |= newest
     for name in nodes:
         if name not in reached:
             return f"thermal_node.{name}", "is joined to no part by any thermal_link"

@@ -141,7 +141,7 @@ def thermal_body(name: str, model: SpacecraftModel, count: int = 1500) -> Therma
     coupling, to_space = radiative_coupling(views, surfaces.infrared_emissivity)
     parts = [model.thermal.get(p, ThermalPart()) for p in model.parts]
     inner = list(model.thermal_nodes.values())
-    conductances, exchanged = linked_pairs(model)
+    conductances, radiative = linked_pairs(model)
     skin = patches.areas * surfaces.heat_capacity
     default = np.maximum(STRUCTURE_HEAT_CAPACITY * _volumes(mesh, len(parts)), _MIN_STRUCTURE)
     structure = [
@@ -157,7 +157,7 @@ def thermal_body(name: str, model: SpacecraftModel, count: int = 1500) -> Therma
             np.concatenate([skin, structure, [one.heat_capacity for one in inner]]), 1e-3
         ),
         conduction=laplacian(sparse.csr_matrix(skins + links)),
-        coupling=sparse.csr_matrix(sparse.block_diag([coupling, exchanged])),
+        coupling=sparse.csr_matrix(sparse.block_diag([coupling, radiative])),
         to_space=np.concatenate([to_space, np.zeros(conductances.shape[0])]),
     )
     groups = groups_of_parts(stored.mesh, model.joints)

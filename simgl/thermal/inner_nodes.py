@@ -14,7 +14,7 @@ from simgl.scene.thermal_surface import links_problem
 
 
 def linked_pairs(model: SpacecraftModel) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
-    """(k, k) conductances [W K-1] and exchange areas [m2] between structures of parts and nodes.
+    """(k, k) conductances [W K-1] and radiative couplings [m2] between structures of parts and nodes.
 
     Both are symmetric with a zero diagonal; parts come first, then nodes. Raises SimglError for
     links that join no network.
@@ -25,16 +25,16 @@ def linked_pairs(model: SpacecraftModel) -> tuple[sparse.csr_matrix, sparse.csr_
     names = {name: place for place, name in enumerate([*model.parts, *model.thermal_nodes])}
     ends = [[names[name] for name in link.between] for link in model.thermal_links]
     conductance = [link.conductance for link in model.thermal_links]
-    area = [link.exchange_area for link in model.thermal_links]
-    return _symmetric(ends, conductance, len(names)), _symmetric(ends, area, len(names))
+    radiative = [link.radiative_coupling for link in model.thermal_links]
+    return _symmetric(ends, conductance, len(names)), _symmetric(ends, radiative, len(names))
 
 
 def _symmetric(
     ends: Sequence[Sequence[int]], values: Sequence[float], size: int
 ) -> sparse.csr_matrix:
-    kept = np.flatnonzero(values)
-    first, second = np.array(ends, dtype=np.int64).reshape(-1, 2)[kept].T
-    half = sparse.csr_matrix((np.array(values)[kept], (first, second)), shape=(size, size))
+    nonzero = np.flatnonzero(values)
+    first, second = np.array(ends, dtype=np.int64).reshape(-1, 2)[nonzero].T
+    half = sparse.csr_matrix((np.array(values)[nonzero], (first, second)), shape=(size, size))
     return sparse.csr_matrix(half + half.T)
 
 

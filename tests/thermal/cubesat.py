@@ -11,14 +11,19 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from itertools import pairwise
 
+import moderngl
 import numpy as np
 
 from simgl.arrays import Array
+from simgl.scenario.loader import scenario_from_dict
+from simgl.scenario.scenario import Scenario
 from simgl.scene.materials import Material
 from simgl.scene.mesh import Mesh
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.thermal_surface import ThermalLink, ThermalNode, ThermalPart, ThermalSurface
+from simgl.simulator import Simulator
 from simgl.thermal.body import ThermalBody, thermal_body
+from simgl.thermal.history import thermal_history
 
 HALF = 0.05  # [m]
 ABSORPTANCE, EMISSIVITY = 0.75, 0.88
@@ -172,7 +177,7 @@ def cubesat_model() -> SpacecraftModel:
         thermal_links=(
             *(ThermalLink(between=(a, b), conductance=value) for a, b, value in _conductances()),
             *(
-                ThermalLink(between=(a, b), exchange_area=area)
+                ThermalLink(between=(a, b), radiative_coupling=area)
                 for a, b, area in zip(stack[:-1], stack[1:], areas, strict=True)
             ),
         ),
@@ -222,11 +227,58 @@ def statistics(
     return {n: (float(t.mean()), float(t.min()), float(t.max())) for n, t in of_nodes.items()}
 
 
-def under_published_heat(body: ThermalBody, step: float = 5.0) -> dict[str, tuple[float, ...]]:
+def under_published_heat(
+    body: ThermalBody, step: float = 5.0
+) -> dict[str, tuple[float, float, float]]:
     """The statistics of the second orbit, from the steady state of the mean heat on."""
     count = round(2.0 * PERIOD / step)
     heats = np.array([published_heat(body, step * number) for number in range(count + 1)])
     kelvin = [body.network.steady(heats.mean(axis=0))]
     for before, after in pairwise(heats):
         kelvin.append(body.network.step(kelvin[-1], 0.5 * (before + after), step))
-    return dict(statistics(body, np.array(kelvin)[count // 2 :], PUBLISHED))
+    return statistics(body, np.array(kelvin)[count // 2 :], PUBLISHED)
+
+
+def day_in_orbit() -> Scenario:
+    """13 August 2024, one panel to the Earth, the Sun 30 deg from the plane of the orbit.
+
+    Of the two such orbits of 97.7 deg the one whose day is its northward half.
+    """
+    # Of the Sun on that day in the axes of ICRF.
+    right_ascension, declination = np.radians(142.8), np.radians(14.7)
+    inclination = np.radians(97.7)
+    north = np.array([np.cos(inclination), np.sin(inclination)])
+    sine = (np.sin(BETA) - np.sin(declination) * north[0]) / (np.cos(declination) * north[1])
+    node_at = right_ascension + np.arcsin(sine)
+    orbit = {
+        "semi_major_axis_km": 1e-3 * (RADIUS + ALTITUDE),
+        "inclination_deg": 97.7,
+        "raan_deg": float(np.degrees(node_at)),
+        "j2": True,
+    }
+    return scenario_from_dict(
+        {
+            "epoch": {"utc": "2024-08-13T00:00:00"},
+            "spacecraft": {"cubesat": {"model": "wedge", "orbit": orbit}},
+        },
+        models={"cubesat": cubesat_model()},
+    )
+
+
+def in_orbit(gl: moderngl.Context, step: float = 120.0) -> dict[str, tuple[float, float, float]]:
+    """The same statistics of a day in simgl's own light of Sun and Earth: means over ten orbits.
+
+    They follow five orbits from the steady state at the start, of which 0.1 K is left.
+    """
+    scenario, body = day_in_orbit(), cubesat_body()
+    epochs = [
+        scenario.epoch_tai_ns + round(1e9 * step * number)
+        for number in range(round(15.0 * PERIOD / step) + 1)
+    ]
+    with Simulator(scenario, gl) as simulator:
+        states = list(thermal_history(body, scenario, epochs, simulator.skies))
+    kelvin = np.array([state.temperatures for state in states])
+    orbit = np.arange(len(kelvin)) * step // PERIOD
+    each = [statistics(body, kelvin[orbit == number], PUBLISHED) for number in range(5, 15)]
+    means = {name: np.mean([one[name] for one in each], axis=0) for name in PUBLISHED}
+    return {name: (float(m[0]), float(m[1]), float(m[2])) for name, m in means.items()}

@@ -40,7 +40,7 @@ between = ["board", "wedge"]
 conductance_w_k = 0.5
 [[thermal_link]]
 between = ["board", "battery"]
-exchange_area_m2 = 0.004
+radiative_coupling_m2 = 0.004
 """
 
 
@@ -67,7 +67,7 @@ def test_power_inside_leaves_over_links_in_series() -> None:
         },
         conducting("battery", "board", 0.5),
         conducting("part_0", "board", 0.25),
-        ThermalLink(between=("lamp", "part_0"), exchange_area=0.002),
+        ThermalLink(between=("lamp", "part_0"), radiative_coupling=0.002),
     )
     t = body.network.steady(body.power)
     outside = 3.5 / (EMISSIVITY * STEFAN_BOLTZMANN * AREA) + SPACE_TEMPERATURE**4
@@ -138,7 +138,9 @@ def test_a_published_cubesat_has_its_published_temperatures() -> None:
 def test_a_card_has_nodes_and_links(tmp_path: Path) -> None:
     model = load_model(str(card(tmp_path, TABLES)))
     assert model.thermal_nodes["board"] == ThermalNode(heat_capacity=40.0, power=1.0)
-    assert model.thermal_links[1] == ThermalLink(between=("board", "battery"), exchange_area=0.004)
+    assert model.thermal_links[1] == ThermalLink(
+        between=("board", "battery"), radiative_coupling=0.004
+    )
     body = thermal_body("wedge", model, 40)
     t = body.network.steady(body.power)
     board, battery = node(body, "board"), node(body, "battery")
@@ -155,7 +157,8 @@ def test_a_card_has_nodes_and_links(tmp_path: Path) -> None:
         ('["board", "wedge"]', '["board", "board"]',
          'card.toml: thermal_link[0].between joins "board" with itself'),
         ("conductance_w_k = 0.5", "",
-         "card.toml: thermal_link[0] needs conductance_w_k or exchange_area_m2 above 0"),
+         "card.toml: thermal_link[0] needs conductance_w_k or radiative_coupling_m2 above 0, "
+         "and none below"),
         ("conductance_w_k = 0.5", "conductance_w_k = -0.5",
          "card.toml: thermal_link[0].conductance_w_k must be a number >= 0.0, got -0.5"),
         ('["board", "wedge"]', '["board"]',
@@ -185,6 +188,14 @@ def test_a_bad_node_or_link_is_one_line(tmp_path: Path, old: str, new: str, comp
 def test_a_model_in_memory_with_a_bad_link_is_refused() -> None:
     with pytest.raises(SimglError, match=r"model body: thermal_link\[0\]\.between"):
         with_inside(CUBE, {}, conducting("part_0", "board", 1.0))
+
+
+def test_a_link_to_one_of_two_parts_of_a_name_is_refused() -> None:
+    model = replace(CUBE, parts=("leg", "leg"), thermal={})
+    with pytest.raises(SimglError, match='between has part "leg", of which the file has 2'):
+        with_inside(
+            model, {"board": ThermalNode(heat_capacity=1.0)}, conducting("leg", "board", 1.0)
+        )
 
 
 def test_the_table_of_temperatures_has_the_nodes(tmp_path: Path) -> None:

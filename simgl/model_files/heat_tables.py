@@ -35,7 +35,7 @@ class ThermalLinkTable(Table, frozen=True, kw_only=True):
 
     between: tuple[str, str]
     conductance_w_k: NonNegative = 0.0
-    exchange_area_m2: NonNegative = 0.0
+    radiative_coupling_m2: NonNegative = 0.0
 
 
 def read_thermal(
@@ -67,7 +67,7 @@ def read_thermal(
             ThermalLink(
                 between=table.between,
                 conductance=table.conductance_w_k,
-                exchange_area=table.exchange_area_m2,
+                radiative_coupling=table.radiative_coupling_m2,
             )
             for table in links
         ),
