@@ -36,7 +36,7 @@ def table(gl: moderngl.Context) -> Table:
 def _published() -> Iterator[Row]:
     for name, seen in under_published_heat(cubesat_body()).items():
         for kind, truth, value in zip(_KINDS, PUBLISHED[name], seen, strict=True):
-            yield difference(f"{name}, {kind}", truth, value, _SAME_PHYSICS)
+            yield difference(f"{_named(name)}, same heat, {kind}", truth, value, _SAME_PHYSICS)
 
 
 def _in_flight(gl: moderngl.Context) -> Iterator[Row]:
@@ -48,8 +48,14 @@ def _in_flight(gl: moderngl.Context) -> Iterator[Row]:
             for panel in IN_FLIGHT
         )
         for panel, truth in IN_FLIGHT.items():
-            case = f"panel {panel[:-1]} in flight, {kind}"
+            case = f"{_named(panel)}, in flight, {kind}"
             yield difference(case, _value(truth, number), _value(day[panel], number), goal)
+
+
+def _named(node: str) -> str:
+    """``x+A``, the middle of a panel, and ``board_1A`` as words."""
+    name = node.removesuffix("A").replace("_", " ")
+    return f"panel {name}" if name[-1] in "+-" else name
 
 
 def _value(statistics: tuple[float, float, float], number: int) -> float:
