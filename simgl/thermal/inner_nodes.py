@@ -14,7 +14,7 @@ from simgl.scene.thermal_surface import links_problem
 
 
 def linked_pairs(model: SpacecraftModel) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
-    """(k, k) conductances [W K-1] and radiative couplings [m2] between structures of parts and nodes.
+    """(k, k) conductances [W K-1] and radiative couplings [m2] between structures and nodes.
 
     Both are symmetric with a zero diagonal; parts come first, then nodes. Raises SimglError for
     links that join no network.
