@@ -31,20 +31,22 @@ _PIXELS = 700
 def write_temperatures(path: Path, body: ThermalBody, states: Iterable[ThermalState]) -> None:
     """A CSV of the parts' temperatures over time.
 
-    Columns: UTC, seconds, and for each part the lowest, mean (by area) and highest temperature of
-    its surface and that of its structure [K].
+    Columns: UTC, seconds, for each part the lowest, mean (by area) and highest temperature of its
+    surface and that of its structure, and for each node inside its own [K].
     """
     with complete_file(path) as temporary, temporary.open("w", newline="") as file:
         table = csv.writer(file)
         names = body.part_names
         kinds = ("min_k", "mean_k", "max_k", "structure_k")
         header = [f"{name}.{kind}" for name in names for kind in kinds]
-        table.writerow(["utc", "seconds", *header])
+        table.writerow(["utc", "seconds", *header, *(f"{n}.node_k" for n in body.inner_names)])
+        inner = slice(body.patch_count + len(names), None)
         first = None
         for state in states:
             first = state.tai_ns if first is None else first
             seconds = f"{1e-9 * (state.tai_ns - first):.3f}"
-            values = part_temperatures(body, state).ravel()
+            of_parts = part_temperatures(body, state).ravel()
+            values = np.concatenate([of_parts, state.temperatures[inner]])
             cells = ["" if np.isnan(v) else f"{v:.3f}" for v in values]
             table.writerow([utc_from_tai_ns(state.tai_ns), seconds, *cells])
 

@@ -16,6 +16,7 @@ from benchmarks.record import write_record
 from benchmarks.truth import (
     between_spacecraft,
     body_light,
+    cubesat,
     earth_light,
     geometry,
     glossy,
@@ -48,6 +49,7 @@ _SUBJECTS: dict[str, Callable[[moderngl.Context], Table]] = {
     "moving": moving.table,
     "thermal": thermal.table,
     "thermal_radiation": thermal.radiation,
+    "cubesat": cubesat.table,
 }
 
 

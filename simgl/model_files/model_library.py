@@ -8,7 +8,7 @@ import os
 import re
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from msgspec import Meta, field
@@ -18,19 +18,18 @@ from simgl.arrays import Array
 from simgl.config.curve_files import read_fractions
 from simgl.config.path_sandbox import Base, folder_of
 from simgl.config.validation import convert, read_toml
-from simgl.config.value_types import NonNegative, Positive, Table, Vector
+from simgl.config.value_types import Positive, Table, Vector
 from simgl.errors import AssetError, ConfigError, did_you_mean
 from simgl.file_cache import FileCache
 from simgl.input_files import read_file
 from simgl.lru_cache import MANY
 from simgl.model_files.gltf_model import read_gltf
+from simgl.model_files.heat_tables import ThermalLinkTable, read_thermal
 from simgl.model_files.joint_tables import JointTable, read_joints
 from simgl.model_files.model_from_mesh import PLAIN, check_size, mesh_of_triangles
-from simgl.model_files.surface_tables import ThermalSurfaceTable
 from simgl.physics.spectrum import BANDS
 from simgl.scene.materials import MAX_MATERIALS, Material
 from simgl.scene.spacecraft import SpacecraftModel
-from simgl.scene.thermal_surface import ThermalPart
 
 # Metres in each unit.
 UNITS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "in": 0.0254, "ft": 0.3048, "km": 1e3}
@@ -56,19 +55,11 @@ class AxesTable(Table, frozen=True, kw_only=True):
     z: str
 
 
-class ThermalPartTable(Table, frozen=True, kw_only=True):
-    """Heat in a part's structure, and what its skin is in place of what its materials say."""
-
-    power_w: NonNegative = 0.0
-    heat_capacity_j_k: Positive | None = None
-    sheet_conductance_w_k: NonNegative | None = None
-    surface: ThermalSurfaceTable | None = None
-
-
 class ModelTable(Table, frozen=True, kw_only=True):
     """A model card, such as ``models/NAME/model.toml``.
 
     file : from the card's folder
+    thermal, thermal_node : by parts and by names of what is inside, ``read_thermal`` reads them
     reflectance : measured curves by materials, CSV files from the card's folder
     """
 
@@ -80,9 +71,9 @@ class ModelTable(Table, frozen=True, kw_only=True):
     axes: AxesTable
     joint: Annotated[tuple[JointTable, ...], Meta(max_length=255)] = ()
     keypoints: Annotated[dict[str, Vector], Meta(max_length=10_000)] = field(default_factory=dict)
-    thermal: Annotated[dict[str, ThermalPartTable], Meta(max_length=10_000)] = field(
-        default_factory=dict
-    )
+    thermal: Annotated[dict[str, Any], Meta(max_length=10_000)] = field(default_factory=dict)
+    thermal_node: Annotated[dict[str, Any], Meta(max_length=10_000)] = field(default_factory=dict)
+    thermal_link: Annotated[tuple[ThermalLinkTable, ...], Meta(max_length=100_000)] = ()
     reflectance: Annotated[dict[str, str], Meta(max_length=MAX_MATERIALS)] = field(
         default_factory=dict
     )
@@ -142,9 +133,9 @@ def _read_model_card(path: Path, folder: Base) -> SpacecraftModel:
     model = read_gltf(file, table.name, file_to_body, folder_of(file, folder))
     joints = read_joints(table.joint, model, table.keypoints, where)
     keypoints = {k: np.array(v) for k, v in table.keypoints.items()}
-    thermal = _thermal_parts(table.thermal, model.parts, where)
     materials = _measured(model.materials, table.reflectance, where, folder)
-    return replace(model, keypoints=keypoints, joints=joints, thermal=thermal, materials=materials)
+    model = replace(model, keypoints=keypoints, joints=joints, materials=materials)
+    return read_thermal(model, table.thermal, table.thermal_node, table.thermal_link, where)
 
 
 def _measured(
@@ -164,24 +155,6 @@ def _measured(
         else one
         for one in materials
     )
-
-
-def _thermal_parts(
-    tables: dict[str, ThermalPartTable], parts: tuple[str, ...], where: str
-) -> dict[str, ThermalPart]:
-    result = {}
-    for name, table in tables.items():
-        if name not in parts:
-            raise ConfigError(
-                where, f"thermal.{name}", f"names no part; {did_you_mean(name, parts)}"
-            )
-        result[name] = ThermalPart(
-            power=table.power_w,
-            heat_capacity=table.heat_capacity_j_k,
-            sheet_conductance=table.sheet_conductance_w_k,
-            surface=None if table.surface is None else table.surface.surface(),
-        )
-    return result
 
 
 def _is_binary_stl(content: bytes) -> bool:

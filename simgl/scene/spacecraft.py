@@ -21,7 +21,7 @@ from simgl.scene.materials import Material
 from simgl.scene.mesh import Mesh
 from simgl.scene.posed_mesh import PosedMesh
 from simgl.scene.textures import SurfaceTextures
-from simgl.scene.thermal_surface import ThermalPart
+from simgl.scene.thermal_surface import ThermalLink, ThermalNode, ThermalPart
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,6 +49,8 @@ class SpacecraftModel:
         stored
     stored : the model with all joints as stored, if this one is moved
     thermal : what heats and holds heat in its parts, by their names
+    thermal_nodes : what is inside, by names that no part has
+    thermal_links : paths of heat between parts and what is inside
     """
 
     name: str
@@ -65,6 +67,8 @@ class SpacecraftModel:
     stored: SpacecraftModel | None = None
     # Visible images do not depend on it.
     thermal: Mapping[str, ThermalPart] = field(default_factory=dict, compare=False)
+    thermal_nodes: Mapping[str, ThermalNode] = field(default_factory=dict, compare=False)
+    thermal_links: tuple[ThermalLink, ...] = field(default=(), compare=False)
 
     @cached_property
     def variant(self) -> tuple[str, ...]:

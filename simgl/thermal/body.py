@@ -18,6 +18,7 @@ from simgl.scene.mesh import Mesh
 from simgl.scene.posed_mesh import groups_of_parts
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.thermal_surface import ThermalPart, ThermalSurface
+from simgl.thermal.inner_nodes import laplacian, linked_pairs
 from simgl.thermal.network import ThermalNetwork
 from simgl.thermal.view_factors import ViewFactors, radiative_coupling, view_factors
 
@@ -38,7 +39,8 @@ _SUNLIGHT = np.array([0.113, 0.128, 0.126, 0.633])
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ThermalBody:
-    """A spacecraft as a thermal network of n = p + parts nodes: patches first, then structures.
+    """A spacecraft as a thermal network of n nodes: its p patches first, then the structures of
+    its parts, then what is inside.
 
     mesh : its triangles as stored, subdivided
     patches : clusters of them; ``of_side`` gives the patch of each triangle's front, then back
@@ -97,8 +99,13 @@ class ThermalBody:
 
     @property
     def part_names(self) -> tuple[str, ...]:
-        """The parts of the nodes behind the patches."""
+        """The parts, whose structures are the nodes behind the patches."""
         return self.model.parts
+
+    @property
+    def inner_names(self) -> tuple[str, ...]:
+        """The nodes inside, behind the structures."""
+        return tuple(self.model.thermal_nodes)
 
 
 def thermal_surface(material: Material) -> ThermalSurface:
@@ -133,21 +140,25 @@ def thermal_body(name: str, model: SpacecraftModel, count: int = 1500) -> Therma
     surfaces = _surfaces(model, patches, part)
     coupling, to_space = radiative_coupling(views, surfaces.infrared_emissivity)
     parts = [model.thermal.get(p, ThermalPart()) for p in model.parts]
-    structures = len(parts)
-    rest = sparse.csr_matrix((structures, structures))
+    inner = list(model.thermal_nodes.values())
+    conductances, radiative = linked_pairs(model)
     skin = patches.areas * surfaces.heat_capacity
-    default = np.maximum(STRUCTURE_HEAT_CAPACITY * _volumes(mesh, structures), _MIN_STRUCTURE)
+    default = np.maximum(STRUCTURE_HEAT_CAPACITY * _volumes(mesh, len(parts)), _MIN_STRUCTURE)
     structure = [
         d if p.heat_capacity is None else p.heat_capacity
         for d, p in zip(default, parts, strict=True)
     ]
     p = len(patches.areas)
-    power = np.concatenate([np.zeros(p), [one.power for one in parts]])
+    skins = _skin_conductances(mesh, patches, part, surfaces, parts, sides)
+    skins.resize(p + conductances.shape[0], p + conductances.shape[0])
+    links = sparse.block_diag([sparse.csr_matrix((p, p)), conductances])
     network = ThermalNetwork(
-        capacity=np.maximum(np.concatenate([skin, structure]), 1e-3),
-        conduction=_conduction(mesh, patches, part, surfaces, parts, sides),
-        coupling=sparse.csr_matrix(sparse.block_diag([coupling, rest])),
-        to_space=np.concatenate([to_space, np.zeros(structures)]),
+        capacity=np.maximum(
+            np.concatenate([skin, structure, [one.heat_capacity for one in inner]]), 1e-3
+        ),
+        conduction=laplacian(sparse.csr_matrix(skins + links)),
+        coupling=sparse.csr_matrix(sparse.block_diag([coupling, radiative])),
+        to_space=np.concatenate([to_space, np.zeros(conductances.shape[0])]),
     )
     groups = groups_of_parts(stored.mesh, model.joints)
     return ThermalBody(
@@ -161,7 +172,9 @@ def thermal_body(name: str, model: SpacecraftModel, count: int = 1500) -> Therma
         emissivity=surfaces.infrared_emissivity,
         views=views,
         network=network,
-        power=power,
+        power=np.concatenate(
+            [np.zeros(p), [one.power for one in parts], [one.power for one in inner]]
+        ),
     )
 
 
@@ -210,7 +223,7 @@ def _volumes(mesh: Mesh, parts: int) -> Array:
     return np.abs(np.bincount(part, tetrahedra, minlength=parts))
 
 
-def _conduction(
+def _skin_conductances(
     mesh: Mesh,
     patches: Patches,
     part: IndexArray,
@@ -218,7 +231,7 @@ def _conduction(
     parts: list[ThermalPart],
     sides: int,
 ) -> sparse.csr_matrix:
-    """The Laplacian of conductances between patches, and from them to the structures [W K-1]."""
+    """(p + parts, p + parts) conductances between patches, and to the structures [W K-1]."""
     count = len(patches.areas)
     first, second, length = _shared_edges(mesh, patches, sides)
     middles = _middles(mesh, patches, sides)
@@ -237,8 +250,7 @@ def _conduction(
     values = np.concatenate([along, through])
     size = count + len(parts)
     pairs = sparse.csr_matrix((values, (rows, columns)), shape=(size, size))
-    pairs = sparse.csr_matrix(pairs + pairs.T)
-    return sparse.csr_matrix(sparse.diags_array(np.asarray(pairs.sum(axis=1)).ravel()) - pairs)
+    return sparse.csr_matrix(pairs + pairs.T)
 
 
 def _middles(mesh: Mesh, patches: Patches, sides: int) -> Array:

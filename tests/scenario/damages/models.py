@@ -10,7 +10,7 @@ DAMAGES = (
         MODEL,
         'model = "./scene.toml"',
         ": epoch is not a key here; (allowed: axes, description, file, joint, keypoints, name, "
-        "reflectance, source, thermal, unit_m)",
+        "reflectance, source, thermal, thermal_link, thermal_node, unit_m)",
     ),
     Damage(
         "unknown key of a primitive",
