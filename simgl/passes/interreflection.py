@@ -18,6 +18,7 @@ from simgl.radiosity.incident_light import IncidentLight
 from simgl.radiosity.light_transport import LightGrids, LightTransport
 from simgl.radiosity.neighbour_light import NeighbourLight
 from simgl.radiosity.next_poses import NextPoses
+from simgl.radiosity.next_sunlight import NextSunlight
 from simgl.radiosity.patch_light import PatchLight
 from simgl.radiosity.solver import earth_share, vertex_irradiance
 from simgl.radiosity.transport_store import JointLight, TransportStore, lit_mesh
@@ -55,6 +56,7 @@ class InterreflectionPass:
         self.light = PatchLight()
         self._neighbours = NeighbourLight(transports, self.light)
         self._next_poses = NextPoses(transports, self.light)
+        self._next_sunlight = NextSunlight()
         # One for each spacecraft of the largest scene so far.
         self._tables: dict[tuple[int, str], moderngl.Texture] = {}
         self._grids = LruCache[str, moderngl.Texture](
@@ -122,6 +124,9 @@ class InterreflectionPass:
             exitance = near.exitance
         else:
             exitance, sunlight = self.light.at_vertices(model, transport, sky, light)
+        if sunlight is not None:
+            response = self.light.response(model, transport)
+            self._next_sunlight.make_ahead(spacecraft.instance, response, light.sun_direction)
         rows = gather.shape[0] * gather.shape[1]
         # Filled up to whole rows of the table.
         texels = np.zeros((-(-rows // _ROW) * _ROW, _VALUES), dtype=np.float32)

@@ -156,6 +156,10 @@ class PatchLight:
                 irradiance += lamp_irradiance(transport, lamp, blockers)
         return irradiance
 
+    def response(self, model: SpacecraftModel, transport: LightTransport) -> PrecomputedResponse:
+        """Of a body to light."""
+        return self._surface(model, transport).response
+
     def prepare(self, model: SpacecraftModel, transport: LightTransport) -> None:
         """Precompute what the first light on a transport needs."""
         self._surface(model, transport)
