@@ -87,11 +87,13 @@ class PrecomputedResponse:
         return radiosity(self._transport, self._surface, emitted)
 
     def of_irradiance(self, irradiance: Array32) -> Array32:
-        """(p, 4) of any light, solved now [W m-2].
+        """(p, 4) of any light, or (p, 4, n) of n lights, solved now [W m-2].
 
-        irradiance : (p, 4) of the patches [W m-2]
+        irradiance : of the patches, likewise [W m-2]
         """
-        return radiosity(self._transport, self._surface, self._surface.albedo * irradiance)
+        albedo = self._surface.albedo
+        reflected = (albedo if irradiance.ndim == 2 else albedo[:, :, None]) * irradiance
+        return radiosity(self._transport, self._surface, reflected)
 
     def of_sky(self, cell_radiance: Array32) -> Array32:
         """(p, 4) by the sky [W m-2].
