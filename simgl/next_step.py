@@ -1,8 +1,9 @@
 """Which step of a lattice a value that changes from frame to frame enters next, and when.
 
 Some results are held for steps: a table of the air for one height, light between parts for one
-pose of their joints. A frame in which a value enters a new step would make all of it. Whoever knows
-that step beforehand makes it in parts, one in each frame; what is made depends on the step alone.
+pose of their joints, reflected sunlight for one direction of the Sun. A frame in which a value
+enters a new step would make all of it. Whoever knows that step beforehand makes it in parts, one in
+each frame; what is made depends on the step alone.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from dataclasses import dataclass
 from math import floor
 
 # A step that takes longer to reach is still unknown: its way may turn.
-_FARTHEST_FRAMES = 128.0
+FARTHEST_FRAMES = 128.0
 # In frames that are farther apart, in steps, there is no way to go on.
 _FASTEST = 0.5
 
@@ -28,9 +29,15 @@ class NextStep:
     frames: int
 
     def due(self, parts: int) -> int:
-        """How many of so many parts to make now: evenly to the end, and none as long as there are
-        more frames than parts, for what is made early may not be what is needed then."""
-        return parts // self.frames
+        """How many of so many parts to make now."""
+        return parts_due(parts, self.frames)
+
+
+def parts_due(parts: int, frames: int) -> int:
+    """How many of so many parts to make now where so many frames are left: evenly to the end, and
+    none as long as there are more frames than parts, for what is made early may not be what is
+    needed then."""
+    return parts // frames
 
 
 class StepWatch:
@@ -51,6 +58,6 @@ class StepWatch:
         ahead = 1 if pace > 0.0 else -1
         index = round(place) + ahead
         left = (index - 0.5 * ahead - place) / pace
-        if left > _FARTHEST_FRAMES:
+        if left > FARTHEST_FRAMES:
             return None
         return NextStep(index=index, frames=max(floor(left), 1))

@@ -80,8 +80,8 @@ class Renderer:
         self.sample_budget = _SAMPLE_BUDGET_CPU if is_software(ctx) else _SAMPLE_BUDGET_GPU
         self._transports = TransportStore()
         self._meshes = MeshStore(ctx)
-        # What one CPU thread can do while this one and the renderer are busy.
-        self._executor = ThreadPoolExecutor(max_workers=1, thread_name_prefix="simgl-renderer")
+        # What other threads can do while this one waits for draws, or makes them.
+        self._executor = ThreadPoolExecutor(max_workers=2, thread_name_prefix="simgl-renderer")
         self._interreflection = InterreflectionPass(ctx, self._transports, self._executor)
         self._shadow = ShadowPass(ctx, self._meshes)
         self._lamp_shadow = LampShadowPass(ctx, self._meshes)
@@ -148,6 +148,9 @@ class Renderer:
     def radiance(self, view: FrameView) -> ImageTarget:
         """Radiance per band [W m-2 sr-1], RGBA32F; valid until the next call at this size."""
         target = self._target(f"radiance {view.ramps}", view.camera, _BANDS)
+        if view.gather != "pixel":
+            tiles = (tile for seen in view.pinholes for tile in seen.tiles)
+            self._interreflection.begin([s for t in tiles for s in t.spacecraft], view.joint_light)
         if not view.hides_much:
             self._all_background(view, target)
         self._lay_spacecraft(view, target, with_background=view.hides_much)

@@ -3,8 +3,8 @@
 #include "surface/caster_bounds.glsl"
 #include "surface/material.glsl"
 
-// 1 / z of the nearest caster [m-1], 0 where there is none, and in the lower half of the texture where
-// light first leaves a solid again.
+// In red 1 / z of the nearest caster [m-1], 0 where there is none, and in green where light first leaves
+// a solid again.
 uniform sampler2D lamp_maps;
 // In green, bounds on it.
 uniform sampler2D lamp_bounds;
@@ -136,9 +136,10 @@ LampSlab lamp_slab(Lamp lamp, LampReceiver r, vec2 offset) {
     float plane = dot(r.plane, away) + r.slack * (1.0 + abs(away.x) + abs(away.y));
     at.x += lamp.first;
     LampSlab slab;
-    slab.high = texelFetch(lamp_maps, at, 0).r - r.near;
+    vec2 ends = texelFetch(lamp_maps, at, 0).rg - r.near;
+    slab.high = ends.x;
     slab.casts = slab.high > plane && slab.high + r.near <= lamp.hard_near;
-    float low = texelFetch(lamp_maps, at + ivec2(0, lamp_map_size), 0).r - r.near;
+    float low = ends.y;
     slab.ends = low >= plane;
     slab.low = min(slab.ends ? low : lamp.solid ? plane : slab.high, slab.high);
     return slab;

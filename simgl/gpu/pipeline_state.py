@@ -31,6 +31,7 @@ class State:
     cull : "back", "front" or None
     blend : (source, destination) factors, or None
     write_color : write the colour attachments
+    channels : of these, those to write
     clip_planes : so many of gl_ClipDistance cut what is drawn
     """
 
@@ -42,6 +43,7 @@ class State:
     cull: str | None = None
     blend: tuple[int, int] | None = None
     write_color: bool = True
+    channels: str = "rgba"
     clip_planes: int = 0
 
     def apply(
@@ -55,7 +57,7 @@ class State:
         target.viewport = viewport
         target.scissor = scissor  # type: ignore[assignment]
         if target.color_attachments:
-            one = (self.write_color,) * 4
+            one = tuple(self.write_color and channel in self.channels for channel in "rgba")
             count = len(target.color_attachments)
             target.color_mask = one if count == 1 else (one,) * count  # type: ignore[assignment]
         target.depth_mask = self.depth and not self.keep_depth

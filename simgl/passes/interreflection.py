@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
-from concurrent.futures import Executor
+from concurrent.futures import Executor, Future
 from dataclasses import dataclass
 
 import moderngl
@@ -18,7 +18,8 @@ from simgl.radiosity.incident_light import IncidentLight
 from simgl.radiosity.light_transport import LightGrids, LightTransport
 from simgl.radiosity.neighbour_light import NeighbourLight
 from simgl.radiosity.next_poses import NextPoses
-from simgl.radiosity.patch_light import PatchLight
+from simgl.radiosity.next_sunlight import NextSunlight
+from simgl.radiosity.patch_light import BesidesSky, PatchLight
 from simgl.radiosity.solver import earth_share, vertex_irradiance
 from simgl.radiosity.transport_store import JointLight, TransportStore, lit_mesh
 from simgl.scene.spacecraft import SpacecraftModel
@@ -38,6 +39,14 @@ class _Solved:
     lighting: VertexLighting
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Begun:
+    """What a spacecraft gets besides the light of its sky, and what that is made of."""
+
+    made_of: tuple[SpacecraftModel, LightTransport, tuple[Hashable, ...]]
+    besides_sky: Future[BesidesSky | None]
+
+
 class InterreflectionPass:
     """Solves for the light that surfaces of one spacecraft send to each other.
 
@@ -55,12 +64,29 @@ class InterreflectionPass:
         self.light = PatchLight()
         self._neighbours = NeighbourLight(transports, self.light)
         self._next_poses = NextPoses(transports, self.light)
+        self._next_sunlight = NextSunlight()
         # One for each spacecraft of the largest scene so far.
         self._tables: dict[tuple[int, str], moderngl.Texture] = {}
         self._grids = LruCache[str, moderngl.Texture](
             MANY, moderngl.Texture.release, max_bytes=MAX_BYTES
         )
         self._solved: dict[int, _Solved] = {}
+        self._begun: dict[int, _Begun] = {}
+
+    def begin(self, spacecraft: Sequence[SpacecraftView], joint_light: JointLight) -> None:
+        """Start what ``draw`` needs besides the skies, in another thread."""
+        for one in spacecraft:
+            light = one.incident_light
+            if light is None or light.lit_by:
+                continue
+            transport = self._transports.of(one.model, joint_light)
+            if transport is None:
+                continue
+            made_of = one.model, transport, light.key
+            last = self._begun.get(one.instance)
+            if last is None or last.made_of != made_of:
+                besides = self._executor.submit(self.light.besides_sky, one.model, transport, light)
+                self._begun[one.instance] = _Begun(made_of=made_of, besides_sky=besides)
 
     def draw(
         self,
@@ -72,6 +98,7 @@ class InterreflectionPass:
 
         skies : what each sees around it
         """
+        self.begin(spacecraft, joint_light)
         lightings = [
             self._lighting(s, sky, joint_light) for s, sky in zip(spacecraft, skies, strict=True)
         ]
@@ -121,7 +148,11 @@ class InterreflectionPass:
             near = self._neighbours.received(model, sky, light, joint_light)
             exitance = near.exitance
         else:
-            exitance, sunlight = self.light.at_vertices(model, transport, sky, light)
+            besides = self._begun[spacecraft.instance].besides_sky.result()
+            exitance, sunlight = self.light.at_vertices(model, transport, sky, light, besides)
+        if sunlight is not None:
+            response = self.light.response(model, transport)
+            self._next_sunlight.make_ahead(spacecraft.instance, response, light.sun_direction)
         rows = gather.shape[0] * gather.shape[1]
         # Filled up to whole rows of the table.
         texels = np.zeros((-(-rows // _ROW) * _ROW, _VALUES), dtype=np.float32)
@@ -177,3 +208,4 @@ class InterreflectionPass:
         self._tables.clear()
         self._grids.clear()
         self._solved.clear()
+        self._begun.clear()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import moderngl
 import numpy as np
@@ -18,16 +19,19 @@ from simgl.passes.shared_blocks import LAMP_BOUNDS, MAX_LAMPS
 from simgl.view.lamp_views import MAP_SIZE, LampView
 from simgl.view.shadow_views import CELL
 
+# Columns beside the maps, whose edges are powers of two: a row of the texture is an odd number of
+# lines of a processor's cache, for which rows would compete otherwise.
+_SPARE = 8
+
 _CASTER = Block("LampCaster", 13, np.dtype([("lamp_clip_from_body", "f4", (4, 4))]))
 
 
 class LampShadowPass:
     """Draws the casters of each lamp, or finds them already drawn."""
 
-    # Depth only sorts; what is looked up is 1 / z.
-    facing = State(depth=True, cull="back")
-    leaving = State(depth=True, cull="front")
-    both_sides = State(depth=True)
+    # Depth only sorts; what is looked up is 1 / z, both of a texel at once.
+    facing = State(depth=True, cull="back", channels="r")
+    leaving = State(depth=True, cull="front", channels="g")
 
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
@@ -42,8 +46,8 @@ class LampShadowPass:
     def draw(self, lamps: Sequence[LampView]) -> tuple[moderngl.Texture, ...]:
         """The lamps' maps and bounds on them; none where there are no lamps.
 
-        maps : side by side, 1 / z [m-1] of the nearest caster and 0 where there is none; below
-            them where light first leaves a solid again
+        maps : side by side, in red 1 / z [m-1] of the nearest caster and 0 where there is none; in
+            green where light first leaves a solid again
         bounds : of each map's 1 / z, ``CasterBounds``
         """
         if not lamps:
@@ -62,29 +66,30 @@ class LampShadowPass:
     ) -> None:
         column = index * MAP_SIZE
         self._caster.bind()
-        self._layer(lamp, maps, (column, 0), self.facing)
+        self._layer(lamp, maps, column, self.facing)
         if lamp.hard_near > 0.0:
-            self._layer(lamp, maps, (column, MAP_SIZE), self.leaving)
+            self._layer(lamp, maps, column, self.leaving)
             (nearest,) = textures_of(maps)
             self._bounds.draw(nearest, column, MAP_SIZE, tops, index * LAMP_BOUNDS)
 
     def _layer(
-        self, lamp: LampView, target: moderngl.Framebuffer, corner: tuple[int, int], closed: State
+        self, lamp: LampView, target: moderngl.Framebuffer, column: int, closed: State
     ) -> None:
         """Nearest surfaces into a square of the target; closed: which of a closed body."""
-        area = (*corner, MAP_SIZE, MAP_SIZE)
-        self.both_sides.apply(self._ctx, target, area, area)
+        area = (column, 0, MAP_SIZE, MAP_SIZE)
+        both_sides = replace(closed, cull=None)
+        both_sides.apply(self._ctx, target, area, area)
         target.clear(0.0, 0.0, 0.0, 0.0, depth=1.0, viewport=area)
         for caster in lamp.casters:
-            state = self.both_sides if caster.both_sides else closed
+            state = both_sides if caster.both_sides else closed
             state.apply(self._ctx, target, area, area)
             self._caster.write({"lamp_clip_from_body": caster.clip_from_body})
             self._program.draw(caster.model)
 
     def _made_targets(self) -> tuple[moderngl.Framebuffer, moderngl.Framebuffer]:
         if self._maps is None:
-            size = MAX_LAMPS * MAP_SIZE, 2 * MAP_SIZE
-            nearest = self._ctx.texture(size, 1, dtype="f4")
+            size = MAX_LAMPS * MAP_SIZE + _SPARE, MAP_SIZE
+            nearest = self._ctx.texture(size, 2, dtype="f4")
             nearest.filter = (moderngl.NEAREST, moderngl.NEAREST)
             self._maps = self._ctx.framebuffer([nearest], self._ctx.depth_renderbuffer(size))
         if self._tops is None:

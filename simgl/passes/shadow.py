@@ -71,6 +71,7 @@ class ShadowPass:
         self._atlases = LruCache[bytes, _ShadowAtlas](
             MANY, self._unused.append, max_bytes=MAX_BYTES
         )
+        self._casts = 0
 
     def cast(self, views: Sequence[ShadowView]) -> list[tuple[moderngl.Texture, ...]]:
         """Depths, behind, tops, planes and slabs of each view's maps, the close one right of the
@@ -88,6 +89,7 @@ class ShadowPass:
         on whatever waits for nothing. The textures stay as they are until the next call.
         """
         self._atlases.reserve(len(views))
+        self._casts += 1
         return [self._cast(view).textures for view in views]
 
     def complete(self, views: Sequence[ShadowView]) -> None:
@@ -102,6 +104,9 @@ class ShadowPass:
         atlas = self._atlas(view.maps)
         while atlas.drawn < _READING_NO_OTHER:
             self._draw_part(view.maps, atlas)
+        if atlas.uses == 0:
+            atlas.first_cast = self._casts
+        atlas.last_cast = self._casts
         atlas.uses += 1
         return atlas
 
@@ -113,20 +118,35 @@ class ShadowPass:
         if 2 * sum(_atlas_bytes(view.maps) for view in views) > MAX_BYTES:
             return
         for view in views:
-            if self._atlas(view.maps).uses > _LASTING:
+            current = self._atlas(view.maps)
+            if current.uses > _LASTING:
                 maps = view.ahead()
+                self._set_one_free(maps, current)
                 atlas = self._atlas(maps)
+                if atlas.uses == 0:
+                    atlas.last_cast = self._casts
                 if atlas.drawn < len(_PARTS):
                     self._draw_part(maps, atlas)
                     return
+
+    def _set_one_free(self, maps: Sequence[ShadowMap], current: _ShadowAtlas) -> None:
+        """An atlas for maps that are not cached: one that was of use, but not since the current one
+        is. The Sun has left its direction, and new ones cost 50 MB of fresh memory each."""
+        if _key(maps) in self._atlases:
+            return
+        sizes = tuple(one.size for one in maps)
+        for atlas in self._atlases.values():
+            if atlas.sizes == sizes and atlas.last_cast < current.first_cast:
+                self._atlases.pop(atlas.key)
+                self._unused.append(atlas)
+                return
 
     def _draw_part(self, maps: Sequence[ShadowMap], atlas: _ShadowAtlas) -> None:
         _PARTS[atlas.drawn](self, maps, atlas)
         atlas.drawn += 1
 
     def _atlas(self, maps: Sequence[ShadowMap]) -> _ShadowAtlas:
-        key = b"".join(one.key for one in maps)
-        return self._atlases.get(key, lambda: self._free_atlas(maps), _atlas_bytes(maps))
+        return self._atlases.get(_key(maps), lambda: self._free_atlas(maps), _atlas_bytes(maps))
 
     def _free_atlas(self, maps: Sequence[ShadowMap]) -> _ShadowAtlas:
         """A new one, or an unused one of these sizes."""
@@ -134,7 +154,7 @@ class ShadowPass:
         for atlas in self._unused:
             if atlas.sizes == sizes:
                 self._unused.remove(atlas)
-                atlas.drawn = atlas.uses = 0
+                atlas.hold(_key(maps))
                 return atlas
         release_all(self._ctx, *self._unused)
         self._unused.clear()
@@ -245,13 +265,16 @@ _PARTS = (
 class _ShadowAtlas:
     """The textures of a view's maps side by side, and what draws into them.
 
+    key : of the maps
     drawn : parts that are drawn
     uses : frames, or tiles of them, that have asked for it
+    first_cast : number of the first of these
+    last_cast : of the last, before there is one of the last that needs it next
     """
 
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context, maps: Sequence[ShadowMap]) -> None:
-        self.drawn = self.uses = 0
+        self.hold(_key(maps))
         self.sizes = sizes = tuple(one.size for one in maps)
         depths = ctx.depth_texture((sum(sizes) + _SPARE, 2 * max(sizes)))
         behind = ctx.depth_texture((sum(sizes) + _SPARE, max(sizes)))
@@ -271,12 +294,22 @@ class _ShadowAtlas:
         for texture in self.textures:
             texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
 
+    def hold(self, key: bytes) -> None:
+        """Begin with other maps of these sizes."""
+        self.key = key
+        self.drawn = self.uses = self.first_cast = self.last_cast = 0
+
     def release(self) -> None:
         """Free everything."""
         for framebuffer in (self.depths, self.behind, self.tops, self.planes, self.slabs):
             framebuffer.release()
         for texture in self.textures:
             texture.release()
+
+
+def _key(maps: Sequence[ShadowMap]) -> bytes:
+    """Equal keys mean equal maps."""
+    return b"".join(one.key for one in maps)
 
 
 def _atlas_bytes(maps: Sequence[ShadowMap]) -> int:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from simgl.next_step import NextStep, StepWatch
+from simgl.next_step import NextStep, StepWatch, parts_due
 from simgl.radiosity.patch_light import PatchLight
 from simgl.radiosity.transport_store import STEPS, TransportStore
 from simgl.scene.spacecraft import SpacecraftModel
@@ -52,8 +52,8 @@ class NextPoses:
             return
         untraced = self._transports.untraced_pairs(pose.model)
         if untraced:
-            step = NextStep(index=0, frames=max(pose.frames - _LAST, 1))
-            self._transports.trace_pairs(pose.model, step.due(untraced))
+            due = parts_due(untraced, max(pose.frames - _LAST, 1))
+            self._transports.trace_pairs(pose.model, due)
             return
         cached = self._transports.has_pose(pose.model)
         transport = self._transports.of(pose.model, "quick")

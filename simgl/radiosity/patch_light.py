@@ -37,6 +37,21 @@ class _Surface:
     sunlit: SunlitPatches
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BesidesSky:
+    """What a body gets of all lights but the sky.
+
+    of_lamps, hidden : (p, 4) exitance of the patches by lamps, and by what other spacecraft take
+        from the Sun's light [W m-2]; None where there is none
+    sunlight : what vertices get of surfaces in the Sun, were there no other spacecraft; None
+        without a Sun
+    """
+
+    of_lamps: Array32 | None
+    hidden: Array32 | None
+    sunlight: GatheredSunlight | None
+
+
 class PatchLight:
     """Solves for the light that leaves the patches of bodies.
 
@@ -60,10 +75,27 @@ class PatchLight:
         if isinstance(transport, PosedTransport):
             return self._solved(model, transport, sky, incident)
         surface = self._surface(model, transport)
-        exitance = self._but_sunlight(surface, transport, sky, incident)
+        besides = self._of_lamps_and_hidden(surface, transport, incident)
+        exitance = self._but_sunlight(surface, transport, sky, *besides)
         if not incident.sun_irradiance.any():
             return exitance
         return exitance + surface.response.of_sun(incident.sun_direction, incident.sun_irradiance)
+
+    def besides_sky(
+        self, model: SpacecraftModel, transport: LightTransport, incident: IncidentLight
+    ) -> BesidesSky | None:
+        """What ``at_vertices`` needs before it knows the sky; None for a pose that does not last.
+
+        May be called from another thread.
+        """
+        if isinstance(transport, PosedTransport):
+            return None
+        surface, sunlight = self._surface(model, transport), None
+        of_lamps, hidden = self._of_lamps_and_hidden(surface, transport, incident)
+        if incident.sun_irradiance.any():
+            sun = incident.sun_direction, incident.sun_irradiance
+            sunlight = surface.response.of_sun_at_vertices(*sun)
+        return BesidesSky(of_lamps=of_lamps, hidden=hidden, sunlight=sunlight)
 
     def at_vertices(
         self,
@@ -71,40 +103,53 @@ class PatchLight:
         transport: LightTransport,
         sky: SkyRadiance | None,
         incident: IncidentLight,
+        besides: BesidesSky | None,
     ) -> tuple[Array32, GatheredSunlight | None]:
         """The exitance (p, 4) that vertices have yet to gather [W m-2], and what they get besides.
 
         What other spacecraft take from the Sun's light is negative exitance.
+
+        besides : of ``besides_sky`` for the same light
         """
-        if isinstance(transport, PosedTransport):
+        if besides is None:
+            assert isinstance(transport, PosedTransport)
             return self._solved(model, transport, sky, incident), None
         surface = self._surface(model, transport)
-        exitance = self._but_sunlight(surface, transport, sky, incident)
-        if not incident.sun_irradiance.any():
-            return exitance, None
-        sun = incident.sun_direction, incident.sun_irradiance
-        return exitance, surface.response.of_sun_at_vertices(*sun)
+        exitance = self._but_sunlight(surface, transport, sky, besides.of_lamps, besides.hidden)
+        return exitance, besides.sunlight
 
+    def _of_lamps_and_hidden(
+        self, surface: _Surface, transport: LightTransport, incident: IncidentLight
+    ) -> tuple[Array32 | None, Array32 | None]:
+        """As of ``BesidesSky``; together they take less time."""
+        lamps = self._of_lamps(transport, incident)
+        hidden = np.zeros_like(lamps)
+        if incident.before_sun and incident.sun_irradiance.any():
+            cosines = self._hidden_cosines(surface.sunlit, transport, incident)
+            hidden = cosines[:, None] * incident.sun_irradiance.astype(np.float32)
+        response = surface.response
+        if np.any(lamps) and np.any(hidden):
+            both = response.of_irradiance(np.stack([lamps, hidden], axis=2))
+            return both[:, :, 0], both[:, :, 1]
+        of_lamps = response.of_irradiance(lamps) if np.any(lamps) else None
+        return of_lamps, response.of_irradiance(hidden) if np.any(hidden) else None
+
+    @staticmethod
     def _but_sunlight(
-        self,
         surface: _Surface,
         transport: LightTransport,
         sky: SkyRadiance | None,
-        incident: IncidentLight,
+        of_lamps: Array32 | None,
+        hidden: Array32 | None,
     ) -> Array32:
         """(p, 4) exitance by all light, less that of a Sun before which nothing stands [W m-2]."""
-        response = surface.response
-        exitance = response.glow
+        exitance = surface.response.glow
         if sky is not None:
-            exitance = exitance + response.of_sky(transport.cells_of(sky))
-        lamps = self._of_lamps(transport, incident)
-        if np.any(lamps):
-            exitance = exitance + response.of_irradiance(lamps)
-        if incident.before_sun and incident.sun_irradiance.any():
-            hidden = self._hidden_cosines(surface.sunlit, transport, incident)
-            if np.any(hidden):
-                sun = incident.sun_irradiance.astype(np.float32)
-                exitance = exitance - response.of_irradiance(hidden[:, None] * sun)
+            exitance = exitance + surface.response.of_sky(transport.cells_of(sky))
+        if of_lamps is not None:
+            exitance = exitance + of_lamps
+        if hidden is not None:
+            exitance = exitance - hidden
         return exitance
 
     def _solved(
@@ -155,6 +200,10 @@ class PatchLight:
             for lamp in incident.lamps:
                 irradiance += lamp_irradiance(transport, lamp, blockers)
         return irradiance
+
+    def response(self, model: SpacecraftModel, transport: LightTransport) -> PrecomputedResponse:
+        """Of a body to light."""
+        return self._surface(model, transport).response
 
     def prepare(self, model: SpacecraftModel, transport: LightTransport) -> None:
         """Precompute what the first light on a transport needs."""

@@ -7,6 +7,7 @@ light is solved on request.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property, partial
 
@@ -25,6 +26,8 @@ BYTES_OF_PATCH = 4 * (4 * 96 + CAPACITY * (4 + 1))
 # Directions of the Sun whose light at vertices is in memory: those around it, before and behind.
 _VERTEX_CAPACITY = 9
 BYTES_OF_VERTEX = 4 * 4 * _VERTEX_CAPACITY
+# Directions that are being made ahead.
+_UNDER_WAY = 4
 # Vertices whose light is scaled together, as many as a row of their table on the GPU.
 _ROW = 2048
 
@@ -40,6 +43,18 @@ class GatheredSunlight:
 
     vertices: Array32
     nodes: Array32
+
+
+@dataclass(kw_only=True)
+class _UnderWay:
+    """What vertices get from one direction of the Sun, as it is made.
+
+    parts : makes the next one at each step
+    left : how many there are
+    """
+
+    parts: Iterator[None]
+    left: int
 
 
 def _in_rows(count: int) -> int:
@@ -61,6 +76,7 @@ class PrecomputedResponse:
         self._sunlit = sunlit
         self._nodes = LruCache[Node, Array32](CAPACITY)
         self._at_vertices = LruCache[Node, Array32](_VERTEX_CAPACITY)
+        self._under_way = LruCache[Node, _UnderWay](_UNDER_WAY)
 
     @cached_property
     def glow(self) -> Array32:
@@ -71,11 +87,13 @@ class PrecomputedResponse:
         return radiosity(self._transport, self._surface, emitted)
 
     def of_irradiance(self, irradiance: Array32) -> Array32:
-        """(p, 4) of any light, solved now [W m-2].
+        """(p, 4) of any light, or (p, 4, n) of n lights, solved now [W m-2].
 
-        irradiance : (p, 4) of the patches [W m-2]
+        irradiance : of the patches, likewise [W m-2]
         """
-        return radiosity(self._transport, self._surface, self._surface.albedo * irradiance)
+        albedo = self._surface.albedo
+        reflected = (albedo if irradiance.ndim == 2 else albedo[:, :, None]) * irradiance
+        return radiosity(self._transport, self._surface, reflected)
 
     def of_sky(self, cell_radiance: Array32) -> Array32:
         """(p, 4) by the sky [W m-2].
@@ -122,23 +140,66 @@ class PrecomputedResponse:
         light, count = mean.reshape(-1, 4), len(self._transport.vertex_rows)
         return GatheredSunlight(vertices=light[:count], nodes=light[_in_rows(count) :])
 
+    def parts_left(self, node: Node) -> int:
+        """How many parts of what vertices get from a direction of the grid are to be made."""
+        if node in self._at_vertices:
+            return 0
+        return self._making(node).left
+
+    def make_part(self, node: Node) -> None:
+        """Make the next of the parts that are left, each a quarter of the whole or less."""
+        making = self._making(node)
+        next(making.parts, None)
+        making.left -= 1
+        if making.left == 0:
+            self._under_way.pop(node)
+
+    def _making(self, node: Node) -> _UnderWay:
+        parts = 3 if self._transport.grids is None else 5
+        return self._under_way.get(node, lambda: _UnderWay(parts=self._made(node), left=parts))
+
+    def _made(self, node: Node) -> Iterator[None]:
+        self._sunlit.at(node)
+        yield
+        solved = self._of_nodes([node])[node]
+        yield
+        rows = self._empty_rows()
+        yield from self._gather(solved, rows)
+        self._at_vertices.put(node, rows.reshape(-1, 4 * _ROW))
+
     def _gathered(self, solved: Array32) -> Array32:
         """(k, 4 _ROW) at vertices, then from a row of its own on at nodes, of what leaves the
         patches (p, 4)."""
+        rows = self._empty_rows()
+        for _ in self._gather(solved, rows):
+            pass
+        return rows.reshape(-1, 4 * _ROW)
+
+    def _empty_rows(self) -> Array32:
+        """(k, 4) of all vertices, then of all nodes, each filled up to whole rows."""
+        grids = self._transport.grids
+        nodes = 0 if grids is None else grids.point_of_node.size
+        count = _in_rows(len(self._transport.vertex_rows)) + _in_rows(nodes)
+        return np.zeros((count, 4), dtype=np.float32)
+
+    def _gather(self, solved: Array32, rows: Array32) -> Iterator[None]:
+        """Fill the rows with what vertices and nodes get where so much leaves the patches (p, 4),
+        with a pause between the parts of the work."""
         transport, grids = self._transport, self._transport.grids
         at_points = transport.sun_gather @ solved
         count = len(transport.vertex_rows)
-        nodes = 0 if grids is None else grids.point_of_node.size
-        rows = np.zeros((_in_rows(count) + _in_rows(nodes), 4), dtype=np.float32)
         np.take(at_points, transport.vertex_rows, axis=0, out=rows[:count])
-        if grids is not None:
-            corners = transport.mesh.triangles[grids.triangles].astype(np.int64)
-            at_corners = at_points[transport.gather_point_of_vertex[:, corners]]
-            linear = np.einsum("nk,stkb->tnsb", (STEPS / CUTS).astype(np.float32), at_corners)
-            more = (grids.gather @ solved)[grids.point_of_node] - linear
-            more[grids.point_of_node < 0] = 0.0
-            rows[_in_rows(count) :][:nodes] = more.reshape(-1, 4)
-        return rows.reshape(-1, 4 * _ROW)
+        if grids is None:
+            return
+        yield
+        at_nodes = grids.gather @ solved
+        yield
+        corners = transport.mesh.triangles[grids.triangles].astype(np.int64)
+        at_corners = at_points[transport.gather_point_of_vertex[:, corners]]
+        linear = np.einsum("nk,stkb->tnsb", (STEPS / CUTS).astype(np.float32), at_corners)
+        more = at_nodes[grids.point_of_node] - linear
+        more[grids.point_of_node < 0] = 0.0
+        rows[_in_rows(count) :][: grids.point_of_node.size] = more.reshape(-1, 4)
 
     @cached_property
     def _of_cells(self) -> Array32:

@@ -201,19 +201,25 @@ def lamp_irradiance(
     """(p, 4) mean irradiance of each patch by a lamp [W m-2]."""
     mean = np.zeros(len(transport.areas))
     patches = _patches_in_beam(transport, lamp)
-    points, normals = (a[patches, ::2] for a in (transport.points, transport.normals))
     valid = transport.point_open[patches, ::2]
+    of_patch = np.repeat(np.arange(len(patches)), valid.shape[1])
+    points, normals = (
+        a[patches, ::2].reshape(-1, 3) for a in (transport.points, transport.normals)
+    )
     offset = lamp.place - points
-    distance = np.linalg.norm(offset, axis=2)
-    cosine = np.einsum("pni,pni->pn", normals, offset) / distance
+    along = np.einsum("ni,ni->n", normals, offset)
+    # Most face away; the others one beside the other.
+    lit = np.flatnonzero((along > 0.0) & valid.ravel())
+    points, offset = points[lit], offset[lit]
+    distance = np.linalg.norm(offset, axis=1)
     off_axis = np.arccos(np.clip(-(offset @ lamp.axis) / distance, -1.0, 1.0))
     beyond = np.clip((off_axis - lamp.half_angle) / lamp.edge, 0.0, 1.0)
-    power = cosine * (1.0 - beyond * beyond * (3.0 - 2.0 * beyond)) / distance**2
-    power[(cosine <= 0.0) | ~valid] = 0.0
-    lit = power > 0.0
-    blocked = _blocked_before(transport, lamp, points[lit], offset[lit], blockers)
-    power[lit] = np.where(blocked, 0.0, power[lit])
-    mean[patches] = power.sum(axis=1) / np.maximum(valid.sum(axis=1), 1)
+    power = along[lit] / distance * (1.0 - beyond * beyond * (3.0 - 2.0 * beyond)) / distance**2
+    seen = np.flatnonzero(power > 0.0)
+    blocked = _blocked_before(transport, lamp, points[seen], offset[seen], blockers)
+    power[seen[blocked]] = 0.0
+    total = np.bincount(of_patch[lit], power, minlength=len(patches))
+    mean[patches] = total / np.maximum(valid.sum(axis=1), 1)
     return (mean[:, None] * lamp.intensity).astype(np.float32)
 
 

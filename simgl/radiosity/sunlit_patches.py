@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from simgl.arrays import Array, Array32
 from simgl.lru_cache import LruCache
+from simgl.next_step import FARTHEST_FRAMES
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.solver import Blocker, blocked_by, lit_normals
 
 # Steps of the grid of directions from one end of an axis to the other: half a degree each, the
 # width of the Sun. What light a patch gets is linear between three of them, as in a penumbra.
 _STEPS = 360
+# A direction that goes on by more than a third of a step from frame to frame has no way to follow.
+_FASTEST = np.radians(0.5) / 3.0
 # Directions of the grid in memory; the Sun crosses some of them a minute.
 CAPACITY = 64
 
@@ -82,6 +85,34 @@ def grid_corners(direction: Array) -> tuple[tuple[Node, float], ...]:
     # Rounding may leave less than nothing of the corner opposite.
     weights = np.maximum(np.linalg.solve(corners, direction), 0.0).tolist()
     return tuple(zip(nodes, weights, strict=True))
+
+
+def corners_ahead(last: Array, now: Array) -> Iterator[tuple[tuple[Node, ...], int]]:
+    """Corners of the grid's triangles that a direction enters next if it goes on as it came, each
+    with the frames that are left until then.
+
+    Ends where they are far; none for a direction that stands or jumps.
+
+    last, now : (3,) unit, in the last frame and in this one
+    """
+    step = now - last
+    if not 0.0 < float(step @ step) < _FASTEST**2:
+        return
+    frame = 0
+    while frame <= FARTHEST_FRAMES:
+        place = now + frame * step
+        corners = np.stack([direction_of(node) for node, _ in grid_corners(place)], axis=1)
+        weights, paces = np.linalg.solve(corners, np.stack([place, step], axis=1)).T
+        falling = paces < 0.0
+        if not np.any(falling):
+            return
+        left = np.min(np.maximum(weights[falling], 0.0) / -paces[falling])
+        if left > FARTHEST_FRAMES:
+            return
+        # The first frame beyond.
+        frame += int(left) + 1
+        if frame > 1:
+            yield tuple(node for node, _ in grid_corners(now + frame * step)), frame - 1
 
 
 def direction_of(node: Node) -> Array:

@@ -98,3 +98,31 @@ def test_nothing_is_drawn_ahead_for_casters_that_move(
         for index in range(10):
             frame(one, view_under(0.47 * STEP, aside_m=0.001 * index))
     assert len(draws) == 10 * 6
+
+
+def test_the_textures_of_a_direction_that_the_sun_has_left_are_drawn_into_again(
+    gl: moderngl.Context,
+) -> None:
+    """Over four directions two sets of textures take turns, and each holds what new ones would."""
+    tilts = [(0.47 + step) * STEP for step in range(4)]
+    textures = set()
+    with shadows(gl) as one:
+        for tilt in tilts:
+            view = view_under(tilt)
+            for _ in range(12):
+                textures.add(one.cast([view])[0][0].glo)
+                last = frame(one, view)
+    assert len(textures) == 2
+    with shadows(gl) as other:
+        assert frame(other, view_under(tilts[-1])) == last
+
+
+def test_the_textures_of_maps_that_are_asked_for_in_turn_stay_theirs(gl: moderngl.Context) -> None:
+    """Two scenes under different Suns; both go on to another direction."""
+    first, second = view_under(0.47 * STEP), view_under(20.47 * STEP)
+    with shadows(gl) as one:
+        before = [one.cast([view])[0][0].glo for view in (first, second)]
+        for _ in range(20):
+            for view in first, second:
+                frame(one, view)
+        assert [one.cast([view])[0][0].glo for view in (first, second)] == before
