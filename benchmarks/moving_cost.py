@@ -44,8 +44,8 @@ def _scenario(range_m: float, shutter: str, exposure: float) -> Scenario:
     }
     if shutter == "rolling":
         camera["row_time_us"] = 1e6 * _ROW_TIME
-    craft = {"craft": {"model": _BOX, "position_icrf_m": [0, 0, 0]}}
-    return scene(craft, camera, sun_direction=(0.3, 0.2, 1.0))
+    bodies = {"craft": {"model": _BOX, "position_icrf_m": [0, 0, 0]}}
+    return scene(bodies, camera, sun_direction=(0.3, 0.2, 1.0))
 
 
 def _drifting(scenario: Scenario, range_m: float, drift_px: float, during_s: float) -> Motion:

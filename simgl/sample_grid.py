@@ -31,7 +31,7 @@ _MIN_LIT = 1.0 / 16.0
 # place the centre of a crescent to 0.01 px (``target_samples``). Beyond 160 deg nothing is added.
 _LIMB_SAMPLES, _THINNEST_CRESCENT = 38.0, float(np.cos(np.radians(160.0)))
 # Of the budget, for spacecraft that need more than that gives them.
-_MOST_BUDGETS = 4
+_MAX_BUDGETS = 4
 
 
 @dataclass(frozen=True)
@@ -100,11 +100,11 @@ def choose_sample_grid(
     """The finest grid that puts about ``sample_budget`` samples on so many pixels.
 
     samples_per_pixel : wanted instead, where it is enough for the spacecraft on these pixels
-    needed : samples per pixel that these need; up to ``_MOST_BUDGETS`` times the budget
+    needed : samples per pixel that these need; up to ``_MAX_BUDGETS`` times the budget
     """
-    finest, most = (
+    finest, max_finest = (
         min(max(budget // pixels, MIN_SAMPLES), MAX_SAMPLES)
-        for budget in (sample_budget, _MOST_BUDGETS * sample_budget)
+        for budget in (sample_budget, _MAX_BUDGETS * sample_budget)
     )
     wanted = finest if samples_per_pixel is None else samples_per_pixel
-    return rotated_sample_grid(max(wanted, min(needed, most)))
+    return rotated_sample_grid(max(wanted, min(needed, max_finest)))
