@@ -30,8 +30,9 @@ _MIN_LIT = 1.0 / 16.0
 # Per pixel, for a sphere of 1 px whose limb is as bright as all of its light over its outline: they
 # place the centre of a crescent to 0.01 px (``target_samples``). Beyond 160 deg nothing is added.
 _LIMB_SAMPLES, _THINNEST_CRESCENT = 38.0, float(np.cos(np.radians(160.0)))
-# Of the budget, for spacecraft that need more than that gives them.
-_MAX_BUDGETS = 4
+# Of the budget, for spacecraft that need more than it gives them; and up to so many times that they
+# may need, for half of what they need leaves their centre within 0.02 px. More would be in vain.
+_MAX_BUDGETS, _USEFUL_NEED = 4, 2.0
 
 
 @dataclass(frozen=True)
@@ -100,11 +101,13 @@ def choose_sample_grid(
     """The finest grid that puts about ``sample_budget`` samples on so many pixels.
 
     samples_per_pixel : wanted instead, where it is enough for the spacecraft on these pixels
-    needed : samples per pixel that these need; up to ``_MAX_BUDGETS`` times the budget
+    needed : samples per pixel that these need; up to ``_MAX_BUDGETS`` times the budget where that
+        is about enough
     """
     finest, max_finest = (
         min(max(budget // pixels, MIN_SAMPLES), MAX_SAMPLES)
         for budget in (sample_budget, _MAX_BUDGETS * sample_budget)
     )
     wanted = finest if samples_per_pixel is None else samples_per_pixel
-    return rotated_sample_grid(max(wanted, min(needed, max_finest)))
+    possible = max_finest if needed <= _USEFUL_NEED * max_finest else finest
+    return rotated_sample_grid(max(wanted, min(needed, possible)))

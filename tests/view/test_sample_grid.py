@@ -145,7 +145,8 @@ def test_the_budget_chooses_the_finest_grid_it_can_pay(
         (256, 64.0, 256),
         (None, 64.0, 500),
         (None, 1500.0, 1500),
-        (16, 4096.0, 2000),  # as many as four budgets pay
+        (16, 4000.0, 2000),  # as many as four budgets pay
+        (16, 4096.0, 500),  # nor more than one where four are far from enough
     ],
 )
 def test_a_wish_is_no_less_than_what_the_smallest_target_needs(
@@ -160,7 +161,7 @@ def test_a_crescent_needs_samples_by_its_width_and_what_is_lit() -> None:
     full, half, thin = (np.cos(np.radians(phase)) for phase in (0.0, 90.0, 150.0))
     of = [target_samples(thin, width) / (0.25 * np.pi * width**2) for width in (50.0, 200.0)]
     assert of[0] / of[1] == pytest.approx(4.0 ** (2.0 / 3.0))
-    assert 250.0 < of[0] < 400.0
+    assert 200.0 < of[0] < 350.0
     assert target_samples(full, 36.0) == MIN_TARGET_SAMPLES
     assert target_samples(half, 36.0) < 2.0 * MIN_TARGET_SAMPLES
     # Not without end towards a new Moon.
