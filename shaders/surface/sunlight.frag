@@ -45,6 +45,9 @@ uniform sampler2D gbuffer_face_normal;
 
 out vec4 lit_fraction;
 
+// Cosine of incidence below which receiver_at moves a receiver all out of a surface's texels.
+const float GRAZED = 1.0 / 60.0;
+
 // Numbers 0..1 that spread evenly over any neighbourhood of samples, after the plastic number's
 // relatives (M. Roberts 2018).
 vec2 evenly_spread(vec2 sample_index) {
@@ -125,9 +128,12 @@ void main() {
     vec3 here = (atlas.from_body * vec4(body, 1.0)).xyz;
     mat2x3 steps = mat2x3(mat3(atlas.from_body) * body_steps[0], mat3(atlas.from_body) * body_steps[1]);
     // The smooth surface that the normals stand for lies above its facets by the sagitta of an edge;
-    // a quarter of a texel lifts the receiver there. Facets that already face away use its plane.
+    // a quarter of a texel lifts the receiver there. Facets that already face away use its plane, and
+    // those that the light grazes where it is less steep: along them no texel tells what casts.
     vec3 plain_n = mat3(light_from_camera) * n;
-    vec3 plane = dot(facet, wi) > 0.0 ? mat3(light_from_camera) * facet : plain_n;
+    float grazing = dot(facet, wi);
+    bool steep = grazing <= 0.0 || grazing < min(dot(n, wi) - 1e-3, GRAZED);
+    vec3 plane = steep ? plain_n : mat3(light_from_camera) * facet;
     here += LIFT * plain_n * vec3(1.0, 1.0, atlas.map.texel);
     // Where the surface faces away no light is asked for.
     bool away = dot(n, wi) <= 0.0;

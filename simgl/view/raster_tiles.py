@@ -209,7 +209,7 @@ class _Target:
         """That its outline needs."""
         middle = self.hull.mean(axis=0)
         cosine = -float(middle @ self.view.sun_direction) / float(np.linalg.norm(middle))
-        return target_samples(cosine)
+        return target_samples(cosine, float(np.sqrt(4.0 / np.pi * self.area)))
 
     def is_small(self, sample_budget: int) -> bool:
         """Whether that is more than a raster of pixels can hold."""

@@ -12,10 +12,12 @@ from simgl.passes.shading_points import LAYERS
 from simgl.sample_grid import (
     MAX_SAMPLES,
     MIN_SAMPLES,
+    MIN_TARGET_SAMPLES,
     PIXEL_CENTRES,
     SampleGrid,
     choose_sample_grid,
     rotated_sample_grid,
+    target_samples,
 )
 from simgl.view.raster_tiles import CellGrid
 
@@ -141,13 +143,29 @@ def test_the_budget_chooses_the_finest_grid_it_can_pay(
         (16, 4.0, 16),
         (16, 64.0, 64),
         (256, 64.0, 256),
-        (16, 4096.0, 1000),  # as many as the budget pays
+        (None, 64.0, 500),
+        (None, 1500.0, 1500),
+        (16, 4000.0, 2000),  # as many as four budgets pay
+        (16, 4096.0, 500),  # nor more than one where four are far from enough
     ],
 )
 def test_a_wish_is_no_less_than_what_the_smallest_target_needs(
-    wanted: int, needed: float, samples: int
+    wanted: int | None, needed: float, samples: int
 ) -> None:
-    assert choose_sample_grid(100, 100_000, wanted, needed) == rotated_sample_grid(samples)
+    assert choose_sample_grid(100, 50_000, wanted, needed) == rotated_sample_grid(samples)
+
+
+def test_a_crescent_needs_samples_by_its_width_and_what_is_lit() -> None:
+    """Per pixel of its outline: fewer for wider ones, by 4^(2/3) for four times the width; hardly
+    any where most of it is lit."""
+    full, half, thin = (np.cos(np.radians(phase)) for phase in (0.0, 90.0, 150.0))
+    of = [target_samples(thin, width) / (0.25 * np.pi * width**2) for width in (50.0, 200.0)]
+    assert of[0] / of[1] == pytest.approx(4.0 ** (2.0 / 3.0))
+    assert 200.0 < of[0] < 350.0
+    assert target_samples(full, 36.0) == MIN_TARGET_SAMPLES
+    assert target_samples(half, 36.0) < 2.0 * MIN_TARGET_SAMPLES
+    # Not without end towards a new Moon.
+    assert target_samples(-1.0, 36.0) < 4.0 * target_samples(thin, 36.0)
 
 
 @pytest.mark.parametrize("samples_per_pixel", [*np.arange(5.0, 46.0, 0.5), 96.0, 480.0])
