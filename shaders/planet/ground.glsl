@@ -18,9 +18,6 @@
 #ifdef REGOLITH
 #include "planet/regolith.glsl"
 #endif
-#ifdef EARTH_MAPS
-#include "planet/wind.glsl"
-#endif
 
 #ifndef SEA
 uniform sampler2D land_map;   // square roots of reflectance R, G, B, N
@@ -154,12 +151,21 @@ struct Sea {
     vec4 glint;
 };
 
-// Mean square slope of the waves at a place: by the wind there where it may change the glint.
+// Mean square slope of the waves at a place, by the wind there (simgl/physics/sea_surface.py).
 float slope_variance_at(Place here) {
+    float wind = here.wind;
+#ifdef GLINT
     vec3 half_way = normalize(sun_direction_itrf.xyz + here.view);
     float cosine = max(dot(half_way, here.normal), 0.05);
-    if (wind_varies == 0.0 || 1.0 / (cosine * cosine) - 1.0 > 9.0 * wave_slope_variance) return wave_slope_variance;
-    return 0.003 + (wave_slope_variance - 0.003) * wind_at(here.normal, here.footprint);
+    float seen = clamp((NO_DETAIL + 1.0 - 1.0 / (cosine * cosine)) / (NO_DETAIL - DETAIL_FADES), 0.0, 1.0);
+    wind = mix(wind, wind_at_work(wind, eddies_at(here.ground, here.levels.y)), seen);
+#endif
+    return CALM_SLOPES + (wave_slope_variance - CALM_SLOPES) * wind;
+}
+
+// Diffuse reflectance of water and foam, without what the surface mirrors. Foam by Monahan's law.
+vec4 body_at(Place here) {
+    return mix(clear_water, foam, min(foam_cover * pow(here.wind, FOAM_POWER), 1.0));
 }
 
 Sea sea_at(Place here) {
@@ -169,13 +175,13 @@ Sea sea_at(Place here) {
 #else
     vec4 sky = here.diffuse / PI;
 #endif
+    vec4 body = body_at(here) / PI * (here.direct * here.lit + here.diffuse);
 #ifdef BANDS
     sky *= water_mirror;
     float waves = glint(here.normal, sun_direction_itrf.xyz, here.view, slope_variance_at(here));
-    return Sea(water_body / PI * (here.direct * here.lit + here.diffuse) + sky * sky_in_waves(mu_view),
-               here.direct * waves * water_mirror);
+    return Sea(body + sky * sky_in_waves(mu_view), here.direct * waves * water_mirror);
 #else
-    return Sea(water_body / PI * (here.direct * here.lit + here.diffuse) + sky * sky_in_waves(mu_view),
+    return Sea(body + sky * sky_in_waves(mu_view),
                here.direct
                * glint(here.normal, sun_direction_itrf.xyz, here.view, slope_variance_at(here)));
 #endif
@@ -283,7 +289,8 @@ Land land_at(Place here) {
     land *= 1.0 - 0.19 * resolved_hills * bed + grain * (0.06 + growth * BY_GRAIN)
                 + hills.x * growth * BY_SLOPE;
 #ifdef FROST
-    land = with_snow(land, growth, kind, here.ground.on_map, length(slope), noise.z);
+    land = with_snow(land, growth, kind, here.ground.on_map, length(slope),
+                     noise_at(cloud_chart, here.ground, here.levels.y).w);
 #endif
     seen.reflectance = land;
 #ifndef LAND
@@ -320,7 +327,7 @@ vec4 surface_light(Place here, Sea sea, Shade shade) {
     vec4 water = sea.light * shade.through + sea.glint * (1.0 - shade.cover);
 #if defined(FROST) && !defined(LAND)
     // The clouds' puffs: hills have no floes.
-    float floes = noise_at(chart, here.ground, here.levels.y).z;
+    float floes = noise_at(cloud_chart, here.ground, here.levels.y).w;
     float north = degrees_north(here.ground.on_map);
     vec4 ice = ice_reflectance[north > 0.0 ? 0 : 1];
     vec4 below_ice = by_clouds(ice, shade);

@@ -5,6 +5,9 @@
 #include "planet/mirror.glsl"
 #include "planet/night.glsl"
 #include "planet/puffs.glsl"
+#ifdef EARTH_MAPS
+#include "planet/wind.glsl"
+#endif
 #ifdef AIR
 #include "air/air.glsl"
 #endif
@@ -38,6 +41,7 @@ const float SHADOW_SINE = 0.15;
 // ground, cloud, shade : the spot seen, where the ray meets the clouds, where the Sun's light does
 // turn      : of the chart's axes from east and north: cosine, sine
 // mu_sun    : sine of the Sun's height
+// wind      : over the sea, over its mean
 // cloud_shape : reflectance of clouds towards the camera over their mean, by thickness (cloud_shape_at)
 // level_sun : horizontal part of its direction, to east and north
 // fray      : on the maps, of a way across and along a meridian by which hills fray them
@@ -75,6 +79,7 @@ struct Place {
     Spot shade;
     vec2 turn;
     float mu_sun;
+    float wind;
     vec2 level_sun;
 #ifdef RELIEF_AT_CORNERS
     vec2 slope;
@@ -165,6 +170,7 @@ Place place_at(vec3 d, float t, float cloud_t, float slant) {
     place.shade = spot_at(normalize(shade), on_map);
     place.turn = turn_at(n);
     place.mu_sun = mu_sun;
+    place.wind = wind_varies > 0.0 ? wind_over(n, place.footprint) : 1.0;
     float across = max(length(n.xy), 1e-4);
     vec3 sun = sun_direction_itrf.xyz;
     place.level_sun = vec2(n.x * sun.y - n.y * sun.x, sun.z - mu_sun * n.z) / across;

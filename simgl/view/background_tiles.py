@@ -29,6 +29,8 @@ _TWILIGHT = 0.026
 # Where the noise of two faces of its cube is mixed, as in shaders/planet/chart.glsl; and how far
 # off the place that is seen the clouds before it and before the Sun may lie, in their heights.
 _CHART_SEAM, _CLOUD_REACH = 0.02, 10.0
+# Tangent squared of the steepest waves whose glint shows gusts (shaders/planet/wind.glsl).
+_NO_GUSTS = 0.24
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -46,6 +48,7 @@ class BackgroundTiles:
     sea, land : likewise those that have no shore on them
     high_clouds : those of the even and the finer ones that may have thin high cloud before them
     frosted : those of all that may have sea ice or snow on them
+    glint : those of all on which the sea may mirror the Sun so that gusts and slicks show
     low, high : (rows, columns) sines of the Sun's height there, the least and the most
     pixel : (rows, columns) edge of a pixel on the ground of the even and the finer ones [m]
     """
@@ -61,6 +64,7 @@ class BackgroundTiles:
     land: Mask
     high_clouds: Mask
     frosted: Mask
+    glint: Mask
     low: Array
     high: Array
     pixel: Array
@@ -85,6 +89,7 @@ class BackgroundTiles:
             land=self.land & mask,
             high_clouds=self.high_clouds & mask,
             frosted=self.frosted & mask,
+            glint=self.glint & mask,
         )
 
 
@@ -164,6 +169,7 @@ def tiles_of(
         "land": land,
         "high_clouds": high_clouds,
         "frosted": _frosted(planets[0], corners),
+        "glint": _glinting(planets[0], corners, noise=noise),
         "low": _lowest(corners.sun),
         "high": _highest(corners.sun),
         "pixel": pixel / float(intrinsics[0, 0]) * planet.earth.equatorial_radius,
@@ -219,6 +225,16 @@ def _frosted(planet: PlanetView, corners: Corners) -> Mask:
     return (_highest(sine) + margin > north) | (_lowest(sine) - margin < south)
 
 
+def _glinting(planet: PlanetView, corners: Corners, *, noise: bool) -> Mask:
+    """Whether the sea of a tile, if it has any, shows gusts and slicks by the Sun's glint."""
+    if not (planet.earth.wind_varies and noise):
+        return np.zeros_like(_highest(corners.sun), dtype=bool)
+    half_way = _unit(corners.view + planet.sun_direction_itrf.astype(np.float64))
+    cosine = np.maximum(np.einsum("...i,...i", half_way, corners.normal), 0.05)
+    steepness = 1.0 / cosine**2 - 1.0
+    return (_lowest(steepness) - _range(steepness) < _NO_GUSTS) & (_highest(corners.sun) > 0.0)
+
+
 def _cloud_height(planet: PlanetView) -> float:
     """In Earth radii."""
     clouds = planet.earth.clouds
@@ -248,6 +264,7 @@ class Corners:
     normal : of it, ITRF
     sun : sine of the Sun's height
     slant : cosine of the ray from the vertical
+    view : towards the camera, ITRF
     distance : in Earth radii
     """
 
@@ -255,6 +272,7 @@ class Corners:
     normal: Array
     sun: Array
     slant: Array
+    view: Array
     distance: Array
 
 
@@ -283,6 +301,7 @@ def corners_on_ground(
         normal=normal,
         sun=normal @ planet.sun_direction_itrf.astype(np.float64),
         slant=root / np.sqrt(dd),
+        view=-_unit(d * np.array(planet.earth.radii)),
         distance=distance,
     )
 

@@ -306,7 +306,7 @@ class PlanetPass:
             ground = ground | tiles.even | tiles.finer
         if "EARTH_MAPS" in variant:
             self._textures.read_maps(self._maps_filter(magnified))
-        for kind, mask in lights_and_seasons(ground, dark, tiles.frosted):
+        for kind, mask in lights_and_seasons(ground, dark, tiles.frosted, tiles.glint):
             program = self._program_for("planet/planet", (*kind, *variant))
             # One large face costs less than its parts.
             full = bool(mask.all())
