@@ -1,4 +1,4 @@
-"""Noise on charts of the sphere: hills, eddies of the sea, kinds of cloud, finer than the maps' texels.
+"""Noise on charts of the sphere, finer than the maps' texels: hills, eddies of the sea, clouds.
 
 One pair of periodic images for all six faces of a cube about the Earth; shaders/planet/chart.glsl
 lays it out. Made in Fourier space, so that it repeats without a seam.
@@ -78,9 +78,9 @@ def make_chart(seed: int) -> tuple[tuple[Image8, ...], Array32]:
     seed : of the clouds
     returns : LEVELS arrays, the first (SIZE, SIZE, 8), of codes of a field of hills' slopes along
         columns and rows, their rms 1, of what eddies of the sea draw out, and of fibres of ice
-        cloud; then of the kinds of cloud: closed cells, open cells, cumulus in streets, lumps. All but slopes are spread like
-        a standard normal variable. And (LEVELS, 6) the variance of slopes, fibres and the kinds
-        at each
+        cloud; then of the kinds of cloud: closed cells, open cells, cumulus in streets, lumps.
+        All but slopes are spread like a standard normal variable. And (LEVELS, 6) the variance
+        of slopes, fibres and the kinds at each
     """
     ground, clouds = np.random.default_rng(_GROUND_SEED), np.random.default_rng([seed, 1])
     lumps = _normal(_octaves(clouds, _CLOUDS, _PUFF_WEIGHT, folded=True), clouds)
