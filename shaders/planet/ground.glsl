@@ -66,6 +66,7 @@ struct Sight {
 // seen, shading        : how noise breaks up those that the camera sees, and those before the Sun
 // kinds                : what the kinds of cloud have of that noise
 // overhang             : what towers of closed cloud gain where they look towards the Sun, more where it is low
+// sides                : of towers, light over that of level tops: as they rise towards what lies sunwards
 // reflected, back      : reflectance for the Sun's light, and for light from all sides
 // shape                : reflectance towards the camera over its mean
 // high_tau             : optical thickness of thin high cloud
@@ -76,6 +77,7 @@ struct Clouds {
     Broken shading;
     vec4 kinds;
     float overhang;
+    float sides;
     float reflected;
     float back;
     float shape;
@@ -103,6 +105,10 @@ Clouds clouds_at(Place here) {
     clouds.seen = broken_up(weather.x, resolved, softness);
     clouds.shading = broken_up(shading.x, resolved, softness);
     clouds.overhang = 0.2 / (0.2 + cosine_on_clouds(here)) * max(2.0 * weather.x - 1.0, 0.0);
+    // Over the way to there the Sun's light falls by the layer's height, and what rises by that has twice
+    // the light of level ground; what falls by it has none.
+    float rise = tower_height(weather.xy) - tower_height(shading.xy);
+    clouds.sides = clamp(rise / max(cloud_km, 1.0), -0.8, 0.8);
     clouds.reflected = cloud_reflectance(thickness, cosine_on_clouds(here));
     clouds.back = cloud_diffuse_reflectance(thickness);
     clouds.shape = cloud_shape(here.cloud_shape, weather.y);
@@ -364,7 +370,7 @@ Sight through_clouds(Place here, Clouds clouds, Shade shade, vec4 below, float o
     float noise = clouds_noise(here.cloud, halvings, clouds.kinds);
     float cover = clouds_below * cloud_cover(clouds.seen, noise);
     float relief = 0.35 * (noise - clouds.seen.mean) + clouds.overhang * (noise - shade.noise);
-    vec4 layer = (here.white + here.sunny * max((1.0 - reflected) * relief, -1.0))
+    vec4 layer = (here.white + here.sunny * max((1.0 - reflected) * relief + clouds.sides, -1.0))
                * (cover * reflected * clouds.shape);
 #ifdef BANDS
     layer *= clouds.darkened;
@@ -383,7 +389,8 @@ Sight through_clouds(Place here, Clouds clouds, Shade shade, vec4 below, float o
 #endif
     past *= past_high;
 #endif
-    layer -= here.beneath * (1.0 - past);
+    // The air beneath has what light comes through.
+    layer -= here.beneath * (1.0 - past * (1.0 - cover * reflected));
     return Sight(on_clouds * layer + on_earth * past * below, 1.0 - on_clouds * (1.0 - past));
 }
 

@@ -18,7 +18,11 @@
 const float SETS_BELOW = -0.0047, SETS_ON_TOPS = -0.0415;
 
 // Lower than this sine the Sun throws no longer shadows [km of way per km of height].
-const float SHADOW_SINE = 0.15;
+const float SHADOW_SINE = 0.10;
+
+// Halvings of noise for each by which a pixel's mean edge on the ground is shorter than its long one squared:
+// half way to that one, along which noise would else be finer than pixels (simgl/view/background_tiles.py).
+const float SLANT_HALVINGS = 0.25;
 
 // Light as it reaches the camera: dimmed by the air on the way.
 //
@@ -177,7 +181,7 @@ Place place_at(vec3 d, float t, float cloud_t, float slant) {
     place.fray = vec2(0.25 / across, 0.5) / (planet_km * PI);
     vec2 texels = place.footprint / vec2(map_texel_km, chart_texel_km);
     place.levels = log2(texels);
-    place.levels.y = chart_level(max(place.levels.y, 0.0));
+    place.levels.y = chart_level(max(place.levels.y - SLANT_HALVINGS * log2(slant), 0.0));
     place.resolved = chart_variance[int(place.levels.y)].xy;
     place.resolved_clouds = cloud_variance[int(place.levels.y)];
     Daylight high = air_daylight_at(cloud_km, mu_sun);

@@ -35,9 +35,9 @@ _CUMULUS_SLOPE = -1.65
 # Cells on the image: closed ones of stratocumulus, 20 km wide, and open ones, 32 km wide
 # (Wood and Hartmann 2006: 10 to 50 km).
 _CLOSED, _OPEN = 160, 64
-# Longest waves [cycles] of what lies on cells, and of cumulus: 16 and 7 km. Streets of cumulus are
+# Longest waves [cycles] of what lies on cells, and of cumulus: 16 and 11 km. Streets of cumulus are
 # 8 km apart, two to three times the height of their layer (Weston 1980).
-_ON_CELLS, _CUMULUS, _STREETS = 16.0, 36.0, 32.0
+_ON_CELLS, _CUMULUS, _STREETS = 16.0, 24.0, 32.0
 # Of the sea's eddies: longest and shortest waves [cycles] of the stream function, and the power of
 # their number to which amplitudes go, as in turbulence on a plane; of what they carry. A slick is
 # as far drawn out as so many steps of so many of the stream's texels take it.
@@ -178,9 +178,10 @@ def _cumulus(rng: np.random.Generator) -> Array32:
         streets, (rows + bend, columns), order=1, mode="grid-wrap"
     )
     swarms = _coloured(rng, np.where(k > 20.0, 0.0, k**-1.2))
-    # Heads of many sizes: round between creases.
+    # Heads of many sizes, a part of them round between creases: folded alone they would be grains
+    # of one size.
     fine = np.where((k < _CUMULUS) | (k > SIZE / 5.0), 0.0, k**_CUMULUS_SLOPE)
-    heads = np.abs(_coloured(rng, fine)) + np.abs(_coloured(rng, fine))
+    heads = _coloured(rng, fine) + 0.8 * np.abs(_coloured(rng, fine))
     return _standard(heads) + 0.4 * streets + 0.6 * swarms
 
 

@@ -31,6 +31,8 @@ _TWILIGHT = 0.026
 _CHART_SEAM, _CLOUD_REACH = 0.02, 10.0
 # Tangent squared of the steepest waves whose glint shows gusts (shaders/planet/wind.glsl).
 _NO_GUSTS = 0.24
+# As in shaders/planet/place.glsl.
+_SLANT_HALVINGS = 0.25
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -51,6 +53,7 @@ class BackgroundTiles:
     glint : those of all on which the sea may mirror the Sun so that gusts and slicks show
     low, high : (rows, columns) sines of the Sun's height there, the least and the most
     pixel : (rows, columns) edge of a pixel on the ground of the even and the finer ones [m]
+    noise_pixel : (rows, columns) the same, half way to its long edge: noise is no finer
     """
 
     even: Mask
@@ -68,6 +71,7 @@ class BackgroundTiles:
     low: Array
     high: Array
     pixel: Array
+    noise_pixel: Array
 
     @property
     def any(self) -> Mask:
@@ -144,8 +148,9 @@ def tiles_of(
     top = 1.0 + max(height, _cloud_height(planet))
     ground = nearest < np.arcsin(min((1.0 + _cloud_height(planet)) / distance, 1.0))
     air = (nearest < np.arcsin(top / distance)) if distance > top else np.ones_like(ground)
-    spacing = corners.distance / np.sqrt(np.maximum(corners.slant, 1e-3))
-    pixel = 0.25 * _over_corners(np.add, spacing)
+    shortened = np.maximum(corners.slant, 1e-3)
+    spacing = corners.distance / np.sqrt(shortened)
+    per_pixel = 0.25 * planet.earth.equatorial_radius / float(intrinsics[0, 0])
     seen = even | finer
     sea = land = np.zeros_like(even)
     high_clouds = seen
@@ -172,7 +177,8 @@ def tiles_of(
         "glint": _glinting(planets[0], corners, noise=noise),
         "low": _lowest(corners.sun),
         "high": _highest(corners.sun),
-        "pixel": pixel / float(intrinsics[0, 0]) * planet.earth.equatorial_radius,
+        "pixel": per_pixel * _over_corners(np.add, spacing),
+        "noise_pixel": per_pixel * _over_corners(np.add, spacing / shortened**_SLANT_HALVINGS),
     }
     return [
         BackgroundTiles(**{name: array[face] for name, array in arrays.items()})

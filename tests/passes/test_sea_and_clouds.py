@@ -7,6 +7,7 @@ from typing import Any
 import moderngl
 import numpy as np
 import pytest
+from scipy.ndimage import label
 from scipy.special import ndtri
 
 from simgl.passes.background.earth_maps import shore_map
@@ -272,6 +273,31 @@ def test_a_pixel_that_resolves_less_of_the_noise_shows_less_of_its_contrast(
     coarse = np.stack([np.full(20, 0.4), seen], axis=1)
     blurred = clouds(gl, "cloud_cover(broken_up(in_value[0], 0.5, 0.2), in_value[1])", coarse)
     np.testing.assert_allclose(blurred, sharp.reshape(20, 500).mean(axis=1), atol=0.005)
+
+
+@pytest.mark.parametrize("share", [0.1, 0.2, 0.4])
+def test_outlines_of_cumulus_have_the_dimension_of_clouds(share: float) -> None:
+    """Of 1 to 1,200 km2, perimeters go with areas as Lovejoy (1982) found: dimension 1.35."""
+    noise = chart(0)[0][0][..., 6]
+    cloudy = noise > np.quantile(noise, 1.0 - share)
+    labels, count = label(cloudy)
+    area = np.bincount(labels.ravel(), minlength=count + 1)[1:]
+    perimeter = np.zeros(count + 1)
+    for axis in (0, 1):
+        beside = np.roll(cloudy, -1, axis)
+        of = np.where(cloudy, labels, np.roll(labels, -1, axis))[cloudy != beside]
+        perimeter += np.bincount(of, minlength=count + 1)
+    # A texel is 250 m. Where 40 % is cloud, clouds run into each other.
+    some = (area > 16) & (area < 19_200)
+    slope = np.polyfit(np.log(area[some]), np.log(perimeter[1:][some]), 1)[0]
+    assert 2.0 * slope == pytest.approx(1.35, abs=0.08)
+
+
+def test_towers_have_sides_that_face_the_sun_and_others(gl: moderngl.Context) -> None:
+    """A storm of thickness 60 stands 9 km over what is thin or not there."""
+    cases = np.array([[1.0, 0.89], [1.0, 0.45], [0.0, 0.89], [0.5, 1.0]])
+    height = clouds(gl, "tower_height(vec2(in_value[0], in_value[1]))", cases)
+    np.testing.assert_allclose(height, [9.0, 0.0, 0.0, 4.5], atol=1e-5)
 
 
 def test_the_chart_is_normal_and_loses_variance_as_texels_grow() -> None:

@@ -368,7 +368,7 @@ class PlanetPass:
         noise = np.zeros(seen.shape, dtype=np.int64)
         maps = noise
         if "FAR" not in variant:
-            noise = halvings(tiles.pixel, 1e3 * TEXEL_KM)
+            noise = halvings(tiles.noise_pixel, 1e3 * TEXEL_KM)
         self._textures.read_maps(self._maps_filter(magnified or not self._hardware))
         if not (magnified or self._hardware):
             maps = halvings(tiles.pixel, MAP_TEXEL_M)
