@@ -5,6 +5,9 @@
 #include "planet/mirror.glsl"
 #include "planet/night.glsl"
 #include "planet/puffs.glsl"
+#ifdef EARTH_MAPS
+#include "planet/wind.glsl"
+#endif
 #ifdef AIR
 #include "air/air.glsl"
 #endif
@@ -15,7 +18,11 @@
 const float SETS_BELOW = -0.0047, SETS_ON_TOPS = -0.0415;
 
 // Lower than this sine the Sun throws no longer shadows [km of way per km of height].
-const float SHADOW_SINE = 0.15;
+const float SHADOW_SINE = 0.10;
+
+// Halvings of noise for each by which a pixel's mean edge on the ground is shorter than its long one squared:
+// half way to that one, along which noise would else be finer than pixels (simgl/view/background_tiles.py).
+const float SLANT_HALVINGS = 0.25;
 
 // Light as it reaches the camera: dimmed by the air on the way.
 //
@@ -38,6 +45,7 @@ const float SHADOW_SINE = 0.15;
 // ground, cloud, shade : the spot seen, where the ray meets the clouds, where the Sun's light does
 // turn      : of the chart's axes from east and north: cosine, sine
 // mu_sun    : sine of the Sun's height
+// wind      : over the sea, over its mean
 // cloud_shape : reflectance of clouds towards the camera over their mean, by thickness (cloud_shape_at)
 // level_sun : horizontal part of its direction, to east and north
 // fray      : on the maps, of a way across and along a meridian by which hills fray them
@@ -75,6 +83,7 @@ struct Place {
     Spot shade;
     vec2 turn;
     float mu_sun;
+    float wind;
     vec2 level_sun;
 #ifdef RELIEF_AT_CORNERS
     vec2 slope;
@@ -165,13 +174,14 @@ Place place_at(vec3 d, float t, float cloud_t, float slant) {
     place.shade = spot_at(normalize(shade), on_map);
     place.turn = turn_at(n);
     place.mu_sun = mu_sun;
+    place.wind = wind_varies > 0.0 ? wind_over(n, place.footprint) : 1.0;
     float across = max(length(n.xy), 1e-4);
     vec3 sun = sun_direction_itrf.xyz;
     place.level_sun = vec2(n.x * sun.y - n.y * sun.x, sun.z - mu_sun * n.z) / across;
     place.fray = vec2(0.25 / across, 0.5) / (planet_km * PI);
     vec2 texels = place.footprint / vec2(map_texel_km, chart_texel_km);
     place.levels = log2(texels);
-    place.levels.y = chart_level(max(place.levels.y, 0.0));
+    place.levels.y = chart_level(max(place.levels.y - SLANT_HALVINGS * log2(slant), 0.0));
     place.resolved = chart_variance[int(place.levels.y)].xy;
     place.resolved_clouds = cloud_variance[int(place.levels.y)];
     Daylight high = air_daylight_at(cloud_km, mu_sun);
