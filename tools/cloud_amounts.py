@@ -37,7 +37,7 @@ _WIDTH = 720
 _SEEDS = range(24)
 # Times of each date at which simgl's Earth is looked at.
 _HOURS = 4
-_ROUNDS = 6
+_ROUNDS = 12
 # Of albedo per unit of the amounts, at most (that of cover is about 1); and the largest amount.
 _RESPONSE, _LARGEST = 0.5, 0.4
 # Of the cells by which amounts are smoothed.
