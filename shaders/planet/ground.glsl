@@ -67,6 +67,7 @@ struct Sight {
 // kinds                : what the kinds of cloud have of that noise
 // overhang             : what towers of closed cloud gain where they look towards the Sun, more where it is low
 // sides                : of towers, light over that of level tops: as they rise towards what lies sunwards
+// around               : reflectance over tens of kilometres
 // reflected, back      : reflectance for the Sun's light, and for light from all sides
 // shape                : reflectance towards the camera over its mean
 // high_tau             : optical thickness of thin high cloud
@@ -78,6 +79,7 @@ struct Clouds {
     vec4 kinds;
     float overhang;
     float sides;
+    float around;
     float reflected;
     float back;
     float shape;
@@ -106,10 +108,11 @@ Clouds clouds_at(Place here) {
     clouds.shading = broken_up(shading.x, resolved, softness);
     clouds.overhang = 0.2 / (0.2 + cosine_on_clouds(here)) * max(2.0 * weather.x - 1.0, 0.0);
     // Over the way to there the Sun's light falls by the layer's height, and what rises by that has twice
-    // the light of level ground; what falls by it has none.
+    // the light of level ground; what falls by it has none. Decks and cumulus have no towers.
     float rise = tower_height(weather.xy) - tower_height(shading.xy);
-    clouds.sides = clamp(rise / max(cloud_km, 1.0), -0.8, 0.8);
+    clouds.sides = shares.w * clamp(rise / max(cloud_km, 1.0), -0.8, 0.8);
     clouds.reflected = cloud_reflectance(thickness, cosine_on_clouds(here));
+    clouds.around = clouds_below * weather.x * clouds.reflected;
     clouds.back = cloud_diffuse_reflectance(thickness);
     clouds.shape = cloud_shape(here.cloud_shape, weather.y);
     clouds.high_tau = clouds_below * high_cloud_thickness * weather.z;
@@ -389,7 +392,8 @@ Sight through_clouds(Place here, Clouds clouds, Shade shade, vec4 below, float o
 #endif
     past *= past_high;
 #endif
-    // The air beneath has what light comes through.
+    // Air above scatters the light of a bright deck, too; the air beneath has what light comes through.
+    layer += max(clouds.around - mean_ground, 0.0) * here.aloft_high;
     layer -= here.beneath * (1.0 - past * (1.0 - cover * reflected));
     return Sight(on_clouds * layer + on_earth * past * below, 1.0 - on_clouds * (1.0 - past));
 }

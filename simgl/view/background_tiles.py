@@ -32,7 +32,7 @@ _CHART_SEAM, _CLOUD_REACH = 0.02, 10.0
 # Tangent squared of the steepest waves whose glint shows gusts (shaders/planet/wind.glsl).
 _NO_GUSTS = 0.24
 # As in shaders/planet/place.glsl.
-_SLANT_HALVINGS = 0.25
+_LONG_EDGE = 0.9
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -53,7 +53,7 @@ class BackgroundTiles:
     glint : those of all on which the sea may mirror the Sun so that gusts and slicks show
     low, high : (rows, columns) sines of the Sun's height there, the least and the most
     pixel : (rows, columns) edge of a pixel on the ground of the even and the finer ones [m]
-    noise_pixel : (rows, columns) the same, half way to its long edge: noise is no finer
+    noise_pixel : (rows, columns) the same, or most of its long edge: noise is no finer [m]
     """
 
     even: Mask
@@ -150,6 +150,7 @@ def tiles_of(
     air = (nearest < np.arcsin(top / distance)) if distance > top else np.ones_like(ground)
     shortened = np.maximum(corners.slant, 1e-3)
     spacing = corners.distance / np.sqrt(shortened)
+    noise_spacing = spacing * np.maximum(_LONG_EDGE / np.sqrt(shortened), 1.0)
     per_pixel = 0.25 * planet.earth.equatorial_radius / float(intrinsics[0, 0])
     seen = even | finer
     sea = land = np.zeros_like(even)
@@ -178,7 +179,7 @@ def tiles_of(
         "low": _lowest(corners.sun),
         "high": _highest(corners.sun),
         "pixel": per_pixel * _over_corners(np.add, spacing),
-        "noise_pixel": per_pixel * _over_corners(np.add, spacing / shortened**_SLANT_HALVINGS),
+        "noise_pixel": per_pixel * _over_corners(np.add, noise_spacing),
     }
     return [
         BackgroundTiles(**{name: array[face] for name, array in arrays.items()})
