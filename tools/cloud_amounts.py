@@ -35,12 +35,11 @@ ROWS, COLUMNS = 18, 36
 _WIDTH = 720
 # Seeds whose mean weather is the climate: the albedo of a cell then scatters by 0.01.
 _SEEDS = range(24)
-_ROUNDS = 6
+# Times of each date at which simgl's Earth is looked at.
+_HOURS = 4
+_ROUNDS = 12
 # Of albedo per unit of the amounts, at most (that of cover is about 1); and the largest amount.
 _RESPONSE, _LARGEST = 0.5, 0.4
-# Added at the end over the Pacific from 180 to 100 W, 40 N to 40 S: by the light of its full disc
-# the fit of cells leaves too little.
-_PACIFIC, _MORE = (slice(5, 13), slice(0, 8)), 0.04
 # Of the cells by which amounts are smoothed.
 _SMOOTH = 0.6
 
@@ -115,7 +114,7 @@ def fit(ctx: moderngl.Context, clear: Array, all_sky: Array, measured: Array) ->
     measured : that are wanted
     """
     amounts = np.zeros((ROWS, COLUMNS), dtype=np.float32)
-    seen = _albedo(climate(ctx, amounts, range(len(DATES))), clear)
+    seen = _albedo(climate(ctx, amounts, range(len(DATES) * _HOURS)), clear)
     of_light = (all_sky - clear).sum(axis=1) / (seen - clear).sum(axis=1)
     latitude = 85.0 - 10.0 * np.arange(ROWS)
     weight = np.clip((70.0 - np.abs(latitude)) / 20.0, 0.0, 1.0)[:, None]
@@ -145,10 +144,9 @@ def main() -> None:
     truth = Path(sys.argv[1]) / "ceres_2018_all_sky_1deg.csv"
     broadband = np.loadtxt(truth, delimiter=",")[::-1]
     with temporary_context() as ctx:
-        clear = _by_cells(reflected(ctx, clouds={"cover": 0.0}))
-        all_sky = _by_cells(reflected(ctx, clouds={}))
+        clear = _by_cells(reflected(ctx, clouds={"cover": 0.0}, hours=_HOURS))
+        all_sky = _by_cells(reflected(ctx, clouds={}, hours=_HOURS))
         amounts = fit(ctx, clear, all_sky, _cells(in_bands(broadband, clear=False)))
-    amounts[_PACIFIC] += _MORE
     np.savetxt(path, amounts, fmt="%.2f", delimiter=",")
 
 

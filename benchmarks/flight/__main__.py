@@ -1,6 +1,6 @@
 """``python -m benchmarks.flight --truth DIR --out DIR``: flight.json and docs/flight_truth.md.
 
-Two to six minutes on two cores. The folder of the truth holds CERES's mean albedos of 2018,
+Half an hour on two cores. The folder of the truth holds CERES's mean albedos of 2018,
 ``ceres_2018_all_sky_1deg.csv`` and ``ceres_2018_clear_sky_1deg.csv``: (180, 360) from the south
 pole and 180 deg west on; and images of the Moon, ``moon_msg3_seviri_2013-01-01T145644.nc`` and
 ``moon_mtsat2_2013-07-25T035138.nc``.
@@ -69,8 +69,8 @@ spread is half the range from 16 to 84 % of the orbits.
 phase, from 400 to 700 nm, measured on the dark side of the Moon (Goode et al. 2001; Palle et al.
 2004).
 
-The Earth is seen from the distance of the Moon by cameras all around, on four dates, each with the
-weather of a seed of its own.
+The Earth is seen from the distance of the Moon by cameras all around, on four dates, each time with
+the weather of another seed.
 
 **The Moon.** Two images that imagers in geostationary orbit took of it (lunar observations of the
 Global Space-based Inter-Calibration System; EUMETSAT and JMA are acknowledged). The reflectance of

@@ -200,23 +200,25 @@ def _frames(
 def reflected(
     ctx: moderngl.Context, *, clouds: dict[str, Any], views: int = 48, hours: int = 4
 ) -> Reflected:
-    """Means over four dates, each with the weather of a seed of its own, and some times of day."""
+    """Means over four dates and some times of day, each with the weather of a seed of its own.
+
+    What was measured are means of a year. Over few weathers a part of 15 deg would scatter by some
+    hundredths.
+    """
     directions = sphere_directions(views)
     solid = pixel_solid_angles()[..., None] * DISTANCE**2 * 4.0 * np.pi / views
     sent = np.zeros((*_SHAPE, 4))
     received = np.zeros_like(sent)
-    for seed, date in enumerate(DATES):
+    epochs = times_of_day(DATES, hours)
+    for seed, epoch in enumerate(epochs):
         scenario = earth_scenario(list(directions), clouds | {"seed": seed})
         with Simulator(scenario, ctx) as simulator:
-            for epoch, state, i, radiance in _frames(
-                simulator, scenario, times_of_day([date], hours)
-            ):
+            for _, state, i, radiance in _frames(simulator, scenario, [epoch]):
                 if i == 0:
                     sunlight = state.sun.seen_from(np.zeros(3)).irradiance
                     received += received_by_cells(epoch, sunlight)
                 sent += _over_cells(_cell(*pixel_places(directions[i], epoch)), solid * radiance)
-    count = len(DATES) * hours
-    return Reflected(received=received / count, sent=sent / count)
+    return Reflected(received=received / len(epochs), sent=sent / len(epochs))
 
 
 def noon_discs(ctx: moderngl.Context, longitudes: Sequence[float]) -> Array:
@@ -244,7 +246,7 @@ def apparent_albedo(
     dates: Sequence[str] = DATES,
 ) -> Array:
     """(phases, epochs, 4) p* as earthshine is reduced (Goode et al. 2001, eq. 4), with the weather
-    of a seed for each date.
+    of a seed for each epoch.
 
     The Earth's light towards the camera over that of a Lambert sphere of albedo 1 and its mean
     radius at the same phase [deg].
@@ -259,7 +261,7 @@ def apparent_albedo(
         across /= np.linalg.norm(across)
         a = np.radians(np.asarray(phases))[:, None]
         directions = np.cos(a) * sun + np.sin(a) * across
-        scenario = earth_scenario(list(directions), {"seed": k // hours})
+        scenario = earth_scenario(list(directions), {"seed": k})
         with Simulator(scenario, ctx) as simulator:
             for _, state, i, radiance in _frames(simulator, scenario, [epoch]):
                 alpha = np.radians(phases[i])

@@ -13,7 +13,7 @@ import typer
 from PIL import Image
 
 from examples.orbit_film.places import PLACES, SEASONS, places
-from examples.orbit_film.views import orbit_frames, views
+from examples.orbit_film.views import beta_frames, orbit_frames, views
 from simgl import SimglError, contact_sheet
 from simgl.arrays import Image8
 from simgl.cli_progress import activity
@@ -28,11 +28,20 @@ def main(
     out: Annotated[Path, typer.Option(help="Folder for the film and the sheets.")] = Path(
         "out/orbit_film"
     ),
+    beta: Annotated[
+        list[float] | None,
+        typer.Option(help="Only a sheet of an orbit with the Sun so far from its plane [deg]."),
+    ] = None,
 ) -> None:
     """The film as MP4, its 24 frames on a sheet, and sheets of the Earth: from every distance,
     fifteen places, four seasons."""
     check_writable(out)
     with activity("opening OpenGL") as progress:
+        for angle in beta or []:
+            frames = dict(beta_frames(angle, progress))
+            _write_sheet(out / f"orbit_beta_{angle:g}.jpg", frames, columns=4, width=300)
+        if beta:
+            return
         frames = dict(orbit_frames(progress))
         others = dict(views(progress))
         fifteen = dict(places(PLACES, progress))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -19,12 +20,15 @@ from simgl import (
     tai_ns_from_utc,
 )
 from simgl.arrays import Array32, Image8
-from simgl.physics.ephemeris import itrf_from_icrf
+from simgl.errors import ConfigError
+from simgl.physics.ephemeris import itrf_from_icrf, sun_position
 from simgl.progress import ProgressCallback
 
 ORBIT = Path(__file__).with_name("orbit.toml")
 LIMB = Path(__file__).parents[1] / "limb.toml"
 FRAMES = 24
+# The Sun stands farthest from the plane of an orbit of 51.6 deg: 75 deg.
+MIDSUMMER, BETA_FRAMES = "2026-06-21T08:00:00", 12
 PERIOD_NS = 5_545 * 10**9
 # Shows lamps of cities and bright stars; what is darker stays black.
 DARKEST_GAIN = 2.0**18
@@ -49,10 +53,46 @@ def orbit_frames(progress: ProgressCallback | None = None) -> Iterator[tuple[str
 
     progress : told of the light between surfaces while it is traced
     """
-    scenario = load_scenario(ORBIT)
+    return _frames_of(load_scenario(ORBIT), FRAMES, progress)
+
+
+def beta_frames(
+    beta_deg: float, progress: ProgressCallback | None = None
+) -> Iterator[tuple[str, Image8]]:
+    """As ``orbit_frames``, on midsummer's day with the Sun so far from the orbit's plane, from the
+    orbit's noon on."""
+    table = tomllib.loads(ORBIT.read_text())
+    table["epoch"]["utc"] = MIDSUMMER
+    orbit = table["spacecraft"]["space_rider"]["orbit"]
+    orbit |= orbit_under_sun(beta_deg, orbit["inclination_deg"])
+    return _frames_of(scenario_from_dict(table), BETA_FRAMES, progress)
+
+
+def orbit_under_sun(beta_deg: float, inclination_deg: float) -> dict[str, float]:
+    """Node and anomaly at noon of a circular orbit whose plane the Sun stands ``beta_deg`` from."""
+    sun = sun_position(tai_ns_from_utc(MIDSUMMER))
+    x, y, z = sun / np.linalg.norm(sun)
+    i, beta = np.radians([inclination_deg, beta_deg])
+    # sin beta is the Sun's part along the plane's normal (sin i sin node, -sin i cos node, cos i).
+    sine = (np.sin(beta) - z * np.cos(i)) / (np.sin(i) * np.hypot(x, y))
+    if abs(sine) > 1.0:
+        raise ConfigError(
+            f"no orbit inclined by {inclination_deg} deg has the Sun {beta_deg} deg off"
+        )
+    node = np.arctan2(y, x) + np.arcsin(sine)
+    to_node = np.array([np.cos(node), np.sin(node), 0.0])
+    ahead = np.array([-np.sin(node) * np.cos(i), np.cos(node) * np.cos(i), np.sin(i)])
+    noon = np.arctan2(ahead @ [x, y, z], to_node @ [x, y, z])
+    angles = np.degrees([node, noon]) % 360.0
+    return {"raan_deg": float(angles[0]), "true_anomaly_deg": float(angles[1])}
+
+
+def _frames_of(
+    scenario: Scenario, count: int, progress: ProgressCallback | None
+) -> Iterator[tuple[str, Image8]]:
     with Simulator(scenario, progress=progress) as simulator:
-        for frame in range(FRAMES):
-            after_ns = frame * PERIOD_NS // FRAMES
+        for frame in range(count):
+            after_ns = frame * PERIOD_NS // count
             radiance = radiance_of(simulator, scenario, "chaser", scenario.epoch_tai_ns + after_ns)
             yield shown(f"{after_ns / 60e9:.0f} min", radiance)
 

@@ -2,7 +2,7 @@
 // faces of a cube about it.
 #include "block/planet"
 
-uniform sampler2D chart;         // slopes of hills, floes, fibres of ice cloud
+uniform sampler2D chart;         // slopes of hills, eddies of the sea, fibres of ice cloud
 uniform sampler2D cloud_chart;   // closed cells, open cells, cumulus in streets, lumps
 
 // Codes are 0.5 + value / CHART_RANGE.

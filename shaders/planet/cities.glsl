@@ -21,11 +21,13 @@ vec3 of_cell(ivec2 cell, uint grid) {
 // place : in cells of the grid
 // radius, footprint : of a mean town, of the pixel, in cells; towns are at least as wide as that
 vec2 towns(vec2 place, float radius, float footprint, uint grid) {
+    // No row of cells begins where the next one does: towns would stand in columns.
+    place.x += of_cell(ivec2(int(floor(place.y)), 0), grid + 2u).x;
     vec3 chance = of_cell(ivec2(floor(place)), grid);
     // The law of exponent -2 in the number of towns, of which one of 240 is cut; the mean is 1.
     float light = 0.515 * inversesqrt(chance.z);
     // Brighter towns are wider, not brighter everywhere. To where light ends.
-    float reach = min(3.2 * sqrt(radius * radius * light + 0.16 * footprint * footprint), 0.49);
+    float reach = min(3.2 * sqrt(radius * radius * light + 0.16 * footprint * footprint), 0.36);
     vec2 away = (fract(place) - mix(vec2(reach), vec2(1.0 - reach), chance.xy)) / reach;
     float fall = max(1.0 - dot(away, away), 0.0);
     // Over the mean of the fall's cube in the cell.

@@ -18,9 +18,6 @@
 #ifdef REGOLITH
 #include "planet/regolith.glsl"
 #endif
-#ifdef EARTH_MAPS
-#include "planet/wind.glsl"
-#endif
 
 #ifndef SEA
 uniform sampler2D land_map;   // square roots of reflectance R, G, B, N
@@ -69,6 +66,8 @@ struct Sight {
 // seen, shading        : how noise breaks up those that the camera sees, and those before the Sun
 // kinds                : what the kinds of cloud have of that noise
 // overhang             : what towers of closed cloud gain where they look towards the Sun, more where it is low
+// sides                : of towers, light over that of level tops: as they rise towards what lies sunwards
+// around               : reflectance over tens of kilometres
 // reflected, back      : reflectance for the Sun's light, and for light from all sides
 // shape                : reflectance towards the camera over its mean
 // high_tau             : optical thickness of thin high cloud
@@ -79,6 +78,8 @@ struct Clouds {
     Broken shading;
     vec4 kinds;
     float overhang;
+    float sides;
+    float around;
     float reflected;
     float back;
     float shape;
@@ -106,7 +107,12 @@ Clouds clouds_at(Place here) {
     clouds.seen = broken_up(weather.x, resolved, softness);
     clouds.shading = broken_up(shading.x, resolved, softness);
     clouds.overhang = 0.2 / (0.2 + cosine_on_clouds(here)) * max(2.0 * weather.x - 1.0, 0.0);
+    // Over the way to there the Sun's light falls by the layer's height, and what rises by that has twice
+    // the light of level ground; what falls by it has none. Decks and cumulus have no towers.
+    float rise = tower_height(weather.xy) - tower_height(shading.xy);
+    clouds.sides = shares.w * clamp(rise / max(cloud_km, 1.0), -0.8, 0.8);
     clouds.reflected = cloud_reflectance(thickness, cosine_on_clouds(here));
+    clouds.around = clouds_below * weather.x * clouds.reflected;
     clouds.back = cloud_diffuse_reflectance(thickness);
     clouds.shape = cloud_shape(here.cloud_shape, weather.y);
     clouds.high_tau = clouds_below * high_cloud_thickness * weather.z;
@@ -154,12 +160,21 @@ struct Sea {
     vec4 glint;
 };
 
-// Mean square slope of the waves at a place: by the wind there where it may change the glint.
+// Mean square slope of the waves at a place, by the wind there (simgl/physics/sea_surface.py).
 float slope_variance_at(Place here) {
+    float wind = here.wind;
+#ifdef GLINT
     vec3 half_way = normalize(sun_direction_itrf.xyz + here.view);
     float cosine = max(dot(half_way, here.normal), 0.05);
-    if (wind_varies == 0.0 || 1.0 / (cosine * cosine) - 1.0 > 9.0 * wave_slope_variance) return wave_slope_variance;
-    return 0.003 + (wave_slope_variance - 0.003) * wind_at(here.normal, here.footprint);
+    float seen = clamp((NO_DETAIL + 1.0 - 1.0 / (cosine * cosine)) / (NO_DETAIL - DETAIL_FADES), 0.0, 1.0);
+    wind = mix(wind, wind_at_work(wind, eddies_at(here.ground, here.levels.y)), seen);
+#endif
+    return CALM_SLOPES + (wave_slope_variance - CALM_SLOPES) * wind;
+}
+
+// Diffuse reflectance of water and foam, without what the surface mirrors. Foam by Monahan's law.
+vec4 body_at(Place here) {
+    return mix(clear_water, foam, min(foam_cover * pow(here.wind, FOAM_POWER), 1.0));
 }
 
 Sea sea_at(Place here) {
@@ -169,13 +184,13 @@ Sea sea_at(Place here) {
 #else
     vec4 sky = here.diffuse / PI;
 #endif
+    vec4 body = body_at(here) / PI * (here.direct * here.lit + here.diffuse);
 #ifdef BANDS
     sky *= water_mirror;
     float waves = glint(here.normal, sun_direction_itrf.xyz, here.view, slope_variance_at(here));
-    return Sea(water_body / PI * (here.direct * here.lit + here.diffuse) + sky * sky_in_waves(mu_view),
-               here.direct * waves * water_mirror);
+    return Sea(body + sky * sky_in_waves(mu_view), here.direct * waves * water_mirror);
 #else
-    return Sea(water_body / PI * (here.direct * here.lit + here.diffuse) + sky * sky_in_waves(mu_view),
+    return Sea(body + sky * sky_in_waves(mu_view),
                here.direct
                * glint(here.normal, sun_direction_itrf.xyz, here.view, slope_variance_at(here)));
 #endif
@@ -283,7 +298,8 @@ Land land_at(Place here) {
     land *= 1.0 - 0.19 * resolved_hills * bed + grain * (0.06 + growth * BY_GRAIN)
                 + hills.x * growth * BY_SLOPE;
 #ifdef FROST
-    land = with_snow(land, growth, kind, here.ground.on_map, length(slope), noise.z);
+    land = with_snow(land, growth, kind, here.ground.on_map, length(slope),
+                     noise_at(cloud_chart, here.ground, here.levels.y).w);
 #endif
     seen.reflectance = land;
 #ifndef LAND
@@ -320,7 +336,7 @@ vec4 surface_light(Place here, Sea sea, Shade shade) {
     vec4 water = sea.light * shade.through + sea.glint * (1.0 - shade.cover);
 #if defined(FROST) && !defined(LAND)
     // The clouds' puffs: hills have no floes.
-    float floes = noise_at(chart, here.ground, here.levels.y).z;
+    float floes = noise_at(cloud_chart, here.ground, here.levels.y).w;
     float north = degrees_north(here.ground.on_map);
     vec4 ice = ice_reflectance[north > 0.0 ? 0 : 1];
     vec4 below_ice = by_clouds(ice, shade);
@@ -357,7 +373,7 @@ Sight through_clouds(Place here, Clouds clouds, Shade shade, vec4 below, float o
     float noise = clouds_noise(here.cloud, halvings, clouds.kinds);
     float cover = clouds_below * cloud_cover(clouds.seen, noise);
     float relief = 0.35 * (noise - clouds.seen.mean) + clouds.overhang * (noise - shade.noise);
-    vec4 layer = (here.white + here.sunny * max((1.0 - reflected) * relief, -1.0))
+    vec4 layer = (here.white + here.sunny * max((1.0 - reflected) * relief + clouds.sides, -1.0))
                * (cover * reflected * clouds.shape);
 #ifdef BANDS
     layer *= clouds.darkened;
@@ -376,7 +392,9 @@ Sight through_clouds(Place here, Clouds clouds, Shade shade, vec4 below, float o
 #endif
     past *= past_high;
 #endif
-    layer -= here.beneath * (1.0 - past);
+    // Air above scatters the light of a bright deck, too; the air beneath has what light comes through.
+    layer += max(clouds.around - mean_ground, 0.0) * here.aloft_high;
+    layer -= here.beneath * (1.0 - past * (1.0 - cover * reflected));
     return Sight(on_clouds * layer + on_earth * past * below, 1.0 - on_clouds * (1.0 - past));
 }
 

@@ -2,6 +2,8 @@
 #include "common/constants.glsl"
 
 const float WATER_INDEX = 1.34;
+// Mean square slope of a sea without wind; power of the wind to which foam covers it.
+const float CALM_SLOPES = 0.003, FOAM_POWER = 3.41;
 
 // Reflectance of a flat water surface for unpolarised light at cosine `c` of incidence (Fresnel).
 float fresnel_water(float c) {

@@ -5,6 +5,9 @@
 #include "planet/mirror.glsl"
 #include "planet/night.glsl"
 #include "planet/puffs.glsl"
+#ifdef EARTH_MAPS
+#include "planet/wind.glsl"
+#endif
 #ifdef AIR
 #include "air/air.glsl"
 #endif
@@ -15,7 +18,10 @@
 const float SETS_BELOW = -0.0047, SETS_ON_TOPS = -0.0415;
 
 // Lower than this sine the Sun throws no longer shadows [km of way per km of height].
-const float SHADOW_SINE = 0.15;
+const float SHADOW_SINE = 0.10;
+
+// Of a pixel's long edge on the ground: noise is no finer (simgl/view/background_tiles.py).
+const float LONG_EDGE = 0.9;
 
 // Light as it reaches the camera: dimmed by the air on the way.
 //
@@ -31,6 +37,7 @@ const float SHADOW_SINE = 0.15;
 // white_high : the same at the height of thin high clouds, above most of the water vapour (BANDS)
 // beneath   : radiance that the air between ground and clouds adds [W m-2 sr-1]
 // aloft     : what the air would scatter towards the camera of the light of white ground [W m-2 sr-1]
+// aloft_high : the same above a white layer at the height of the clouds
 // gain, land_aloft, around : of land over tens of kilometres, over which air and clouds mix what it sends up:
 //             the light that it gets with what the air sends back, over that of ground of the Earth's
 //             mean; what the air scatters of its light beyond that of such ground; its reflectance
@@ -38,6 +45,7 @@ const float SHADOW_SINE = 0.15;
 // ground, cloud, shade : the spot seen, where the ray meets the clouds, where the Sun's light does
 // turn      : of the chart's axes from east and north: cosine, sine
 // mu_sun    : sine of the Sun's height
+// wind      : over the sea, over its mean
 // cloud_shape : reflectance of clouds towards the camera over their mean, by thickness (cloud_shape_at)
 // level_sun : horizontal part of its direction, to east and north
 // fray      : on the maps, of a way across and along a meridian by which hills fray them
@@ -61,6 +69,7 @@ struct Place {
     vec4 white_high;
 #endif
     vec4 aloft;
+    vec4 aloft_high;
 #ifndef SEA
     vec4 gain;
     vec4 land_aloft;
@@ -75,6 +84,7 @@ struct Place {
     Spot shade;
     vec2 turn;
     float mu_sun;
+    float wind;
     vec2 level_sun;
 #ifdef RELIEF_AT_CORNERS
     vec2 slope;
@@ -165,13 +175,14 @@ Place place_at(vec3 d, float t, float cloud_t, float slant) {
     place.shade = spot_at(normalize(shade), on_map);
     place.turn = turn_at(n);
     place.mu_sun = mu_sun;
+    place.wind = wind_varies > 0.0 ? wind_over(n, place.footprint) : 1.0;
     float across = max(length(n.xy), 1e-4);
     vec3 sun = sun_direction_itrf.xyz;
     place.level_sun = vec2(n.x * sun.y - n.y * sun.x, sun.z - mu_sun * n.z) / across;
     place.fray = vec2(0.25 / across, 0.5) / (planet_km * PI);
     vec2 texels = place.footprint / vec2(map_texel_km, chart_texel_km);
     place.levels = log2(texels);
-    place.levels.y = chart_level(max(place.levels.y, 0.0));
+    place.levels.y = chart_level(max(place.levels.y + max(log2(LONG_EDGE * inversesqrt(slant)), 0.0), 0.0));
     place.resolved = chart_variance[int(place.levels.y)].xy;
     place.resolved_clouds = cloud_variance[int(place.levels.y)];
     Daylight high = air_daylight_at(cloud_km, mu_sun);
@@ -193,6 +204,7 @@ Place place_at(vec3 d, float t, float cloud_t, float slant) {
     place.cloud_shape = mix(vec4(1.0), cloud_shape_at(n, place.view), from_sun);
     place.beneath = vec4(0.0);
     place.aloft = vec4(0.0);
+    place.aloft_high = vec4(0.0);
 #endif
     return place;
 }
@@ -219,12 +231,14 @@ vec4 sky_in_the_sea(Place place) {
 #endif
 
 #if defined(AIR) && defined(EARTH_MAPS) && !defined(AIR_INSIDE)
-// Of the light that leaves white ground, the share that the air scatters into a ray to space. A ray
-// that comes in gets as much of its light to the ground on the way of scattering.
-vec4 scattered_up(vec4 to_space, float mu) {
-    vec2 place = diffuse_place(0.0, mu, vec2(textureSize(diffuse_down, 0)));
+// Of the light that leaves white ground or a white layer at a height, the share that the air scatters into
+// a ray to space. A ray that comes in gets as much of its light there on the way of scattering.
+//
+// from_below : what the air over it reflects of light from below
+vec4 scattered_up(float height, vec4 to_space, float mu, vec4 from_below) {
+    vec2 place = diffuse_place(height, mu, vec2(textureSize(diffuse_down, 0)));
     vec4 all = to_space + textureLod(diffuse_down, place, 0.0) / mu;
-    return max(all * (1.0 - mean_ground * air_from_below) - to_space, vec4(0.0));
+    return max(all * (1.0 - mean_ground * from_below) - to_space, vec4(0.0));
 }
 #endif
 
@@ -233,7 +247,7 @@ Place place_through(AirRay air, Place place) {
 #if defined(EARTH_MAPS) && !defined(AIR_INSIDE)
     // Beyond 60 deg from the zenith as there: no corner of a tile differs much from the next.
     float mu_view = max(dot(place.normal, place.view), 0.5);
-    place.aloft = (place.direct * place.lit + place.diffuse) / PI * scattered_up(air.to_ground, mu_view);
+    place.aloft = (place.direct * place.lit + place.diffuse) / PI * scattered_up(0.0, air.to_ground, mu_view, air_from_below);
 #endif
     place.to_ground = air.to_ground;
     place.direct *= air.to_ground;
@@ -253,6 +267,10 @@ Place place_through(AirRay air, Place place) {
     place.sky = mix(place.diffuse / PI, mirrored * air.to_ground, exp(-camera_height / SAME_SKY_KM));
 #endif
     AirRay over = air_before(air, cloud_km);
+#ifndef AIR_INSIDE
+    vec4 above = air_from_below * (1.0 - over.to_ground) / max(1.0 - air.to_ground, 1e-6);
+    place.aloft_high = place.white * scattered_up(cloud_km, over.to_ground, mu_view, above);
+#endif
     place.white *= over.to_ground;
     place.sunny *= over.to_ground;
 #ifdef BANDS

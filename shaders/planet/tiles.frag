@@ -3,7 +3,7 @@
 
 noperspective in Place place;
 noperspective in vec4 light;
-#ifdef SEA_AT_CORNERS
+#if defined(SEA_AT_CORNERS) && !defined(GLINT)
 noperspective in Sea sea;
 #endif
 
@@ -15,7 +15,7 @@ void main() {
 #ifndef ONE_FACE
     here.turn = turn_at(here.normal);
 #endif
-#ifndef SEA_AT_CORNERS
+#if !defined(SEA_AT_CORNERS) || defined(GLINT)
     Sea sea = sea_at(here);
 #endif
     radiance = light + mapped_sight(here, sea, 1.0, 1.0).light;

@@ -7,7 +7,7 @@ in vec2 corner;
 
 noperspective out Place place;
 noperspective out vec4 light;
-#ifdef SEA_AT_CORNERS
+#if defined(SEA_AT_CORNERS) && !defined(GLINT)
 noperspective out Sea sea;
 #endif
 
@@ -27,7 +27,7 @@ void main() {
 #ifdef RELIEF_AT_CORNERS
     place.slope = mapped_slope(textureLod(form_map, place.ground.on_map, place.levels.x - map_halvings.y).rg);
 #endif
-#ifdef SEA_AT_CORNERS
+#if defined(SEA_AT_CORNERS) && !defined(GLINT)
     sea = sea_at(place);
 #endif
 }

@@ -85,11 +85,14 @@ def mirror_laws(variance: float) -> Array:
 
 def foam_cover(wind: float) -> float:
     """Fraction of the sea under foam (Monahan and O'Muircheartaigh 1980); wind [m s-1]."""
-    return float(min(2.95e-6 * wind**3.52, 1.0))
+    return float(min(3.84e-6 * wind**3.41, 1.0))
 
 
-def water_body(wind: float, bands: Bands = BANDS) -> Array:
-    """(4,) diffuse reflectance of water and foam, without Fresnel reflection; wind [m s-1]."""
-    foam = foam_cover(wind)
-    water = scaled(CLEAR_WATER.tolist(), even_reflectance, bands)
-    return (1.0 - foam) * water + foam * scaled(FOAM.tolist(), foam_reflectance, bands)
+def clear_water(bands: Bands = BANDS) -> Array:
+    """(4,) diffuse reflectance of water without foam and Fresnel reflection."""
+    return scaled(CLEAR_WATER.tolist(), even_reflectance, bands)
+
+
+def foam_in_bands(bands: Bands = BANDS) -> Array:
+    """(4,) diffuse reflectance of foam."""
+    return scaled(FOAM.tolist(), foam_reflectance, bands)

@@ -1,4 +1,4 @@
-"""Noise on charts of the sphere: hills and kinds of cloud, finer than the maps' texels.
+"""Noise on charts of the sphere, finer than the maps' texels: hills, eddies of the sea, clouds.
 
 One pair of periodic images for all six faces of a cube about the Earth; shaders/planet/chart.glsl
 lays it out. Made in Fourier space, so that it repeats without a seam.
@@ -35,9 +35,14 @@ _CUMULUS_SLOPE = -1.65
 # Cells on the image: closed ones of stratocumulus, 20 km wide, and open ones, 32 km wide
 # (Wood and Hartmann 2006: 10 to 50 km).
 _CLOSED, _OPEN = 160, 64
-# Longest waves [cycles] of what lies on cells, and of cumulus: 16 and 7 km. Streets of cumulus are
+# Longest waves [cycles] of what lies on cells, and of cumulus: 16 and 11 km. Streets of cumulus are
 # 8 km apart, two to three times the height of their layer (Weston 1980).
-_ON_CELLS, _CUMULUS, _STREETS = 16.0, 36.0, 32.0
+_ON_CELLS, _CUMULUS, _STREETS = 16.0, 24.0, 32.0
+# Of the sea's eddies: longest and shortest waves [cycles] of the stream function, and the power of
+# their number to which amplitudes go, as in turbulence on a plane; of what they carry. A slick is
+# as far drawn out as so many steps of so many of the stream's texels take it.
+_EDDIES, _STREAM_SLOPE, _CARRIED, _CARRIED_SLOPE = (3.0, 60.0), -2.6, 4.0, -1.7
+_STEPS, _STEP = 10, 2.0
 # The ground's hills stay where they are, whatever the clouds do.
 _GROUND_SEED = 20260320
 
@@ -72,16 +77,18 @@ def make_chart(seed: int) -> tuple[tuple[Image8, ...], Array32]:
 
     seed : of the clouds
     returns : LEVELS arrays, the first (SIZE, SIZE, 8), of codes of a field of hills' slopes along
-        columns and rows, their rms 1, of floes and of fibres of ice cloud; then of the kinds of
-        cloud: closed cells, open cells, cumulus in streets, lumps. All but slopes are spread like
-        a standard normal variable. And (LEVELS, 6) the variance of slopes, fibres and the kinds
-        at each
+        columns and rows, their rms 1, of what eddies of the sea draw out, and of fibres of ice
+        cloud; then of the kinds of cloud: closed cells, open cells, cumulus in streets, lumps.
+        All but slopes are spread like a standard normal variable. And (LEVELS, 6) the variance
+        of slopes, fibres and the kinds at each
     """
     ground, clouds = np.random.default_rng(_GROUND_SEED), np.random.default_rng([seed, 1])
     lumps = _normal(_octaves(clouds, _CLOUDS, _PUFF_WEIGHT, folded=True), clouds)
     fields = [_fibres(clouds), _closed_cells(clouds), _open_cells(clouds), _cumulus(clouds)]
     fibres, *cells = (_normal(field, clouds) for field in fields)
-    values = np.dstack([_slopes(ground), lumps, fibres, *cells, lumps])
+    swirled = np.random.default_rng([seed, 2])
+    eddies = _normal(_eddies(swirled), swirled)
+    values = np.dstack([_slopes(ground), eddies, fibres, *cells, lumps])
     codes, left = [], []
     for _ in range(LEVELS):
         codes.append(
@@ -171,10 +178,34 @@ def _cumulus(rng: np.random.Generator) -> Array32:
         streets, (rows + bend, columns), order=1, mode="grid-wrap"
     )
     swarms = _coloured(rng, np.where(k > 20.0, 0.0, k**-1.2))
-    # Heads of many sizes: round between creases.
+    # Heads of many sizes, a part of them round between creases: folded alone they would be grains
+    # of one size.
     fine = np.where((k < _CUMULUS) | (k > SIZE / 5.0), 0.0, k**_CUMULUS_SLOPE)
-    heads = np.abs(_coloured(rng, fine)) + np.abs(_coloured(rng, fine))
+    heads = _coloured(rng, fine) + 0.8 * np.abs(_coloured(rng, fine))
     return _standard(heads) + 0.4 * streets + 0.6 * swarms
+
+
+def _eddies(rng: np.random.Generator) -> Array32:
+    """(n, n) what a steady flow of eddies has drawn out into filaments and wound up."""
+    x, y, k = _frequencies()
+    k = np.maximum(k, 0.1)
+    wide, short = _EDDIES
+    stream = _coloured(rng, np.where((k < wide) | (k > short), 0.0, k**_STREAM_SLOPE))
+    carried = _coloured(rng, np.where(k < _CARRIED, 0.0, k**_CARRIED_SLOPE))[::2, ::2]
+    # Every second texel is enough.
+    waves = np.fft.rfft2(stream)
+    flow = [np.fft.irfft2(1j * axis * waves)[::2, ::2] for axis in (x, -y)]
+    flow = [(part / np.std(flow)).astype(np.float32) for part in flow]
+    # Where the water came from.
+    places = np.mgrid[: SIZE // 2, : SIZE // 2].astype(np.float32)
+    for _ in range(_STEPS):
+        places += _STEP * np.stack([_at(part, places) for part in flow])
+    return scipy.ndimage.zoom(_at(carried, places), 2, order=1, mode="grid-wrap", grid_mode=True)
+
+
+def _at(field: Array32, places: Array32) -> Array32:
+    """Values of a periodic field between its texels; places : (2, ...) rows and columns."""
+    return scipy.ndimage.map_coordinates(field, places, order=1, mode="grid-wrap")
 
 
 def _coloured(rng: np.random.Generator, amplitude: Array32) -> Array32:

@@ -29,6 +29,10 @@ _TWILIGHT = 0.026
 # Where the noise of two faces of its cube is mixed, as in shaders/planet/chart.glsl; and how far
 # off the place that is seen the clouds before it and before the Sun may lie, in their heights.
 _CHART_SEAM, _CLOUD_REACH = 0.02, 10.0
+# Tangent squared of the steepest waves whose glint shows gusts (shaders/planet/wind.glsl).
+_NO_GUSTS = 0.24
+# As in shaders/planet/place.glsl.
+_LONG_EDGE = 0.9
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -46,8 +50,10 @@ class BackgroundTiles:
     sea, land : likewise those that have no shore on them
     high_clouds : those of the even and the finer ones that may have thin high cloud before them
     frosted : those of all that may have sea ice or snow on them
+    glint : those of all on which the sea may mirror the Sun so that gusts and slicks show
     low, high : (rows, columns) sines of the Sun's height there, the least and the most
     pixel : (rows, columns) edge of a pixel on the ground of the even and the finer ones [m]
+    noise_pixel : (rows, columns) the same, or most of its long edge: noise is no finer [m]
     """
 
     even: Mask
@@ -61,9 +67,11 @@ class BackgroundTiles:
     land: Mask
     high_clouds: Mask
     frosted: Mask
+    glint: Mask
     low: Array
     high: Array
     pixel: Array
+    noise_pixel: Array
 
     @property
     def any(self) -> Mask:
@@ -85,6 +93,7 @@ class BackgroundTiles:
             land=self.land & mask,
             high_clouds=self.high_clouds & mask,
             frosted=self.frosted & mask,
+            glint=self.glint & mask,
         )
 
 
@@ -139,8 +148,10 @@ def tiles_of(
     top = 1.0 + max(height, _cloud_height(planet))
     ground = nearest < np.arcsin(min((1.0 + _cloud_height(planet)) / distance, 1.0))
     air = (nearest < np.arcsin(top / distance)) if distance > top else np.ones_like(ground)
-    spacing = corners.distance / np.sqrt(np.maximum(corners.slant, 1e-3))
-    pixel = 0.25 * _over_corners(np.add, spacing)
+    shortened = np.maximum(corners.slant, 1e-3)
+    spacing = corners.distance / np.sqrt(shortened)
+    noise_spacing = spacing * np.maximum(_LONG_EDGE / np.sqrt(shortened), 1.0)
+    per_pixel = 0.25 * planet.earth.equatorial_radius / float(intrinsics[0, 0])
     seen = even | finer
     sea = land = np.zeros_like(even)
     high_clouds = seen
@@ -164,9 +175,11 @@ def tiles_of(
         "land": land,
         "high_clouds": high_clouds,
         "frosted": _frosted(planets[0], corners),
+        "glint": _glinting(planets[0], corners, noise=noise),
         "low": _lowest(corners.sun),
         "high": _highest(corners.sun),
-        "pixel": pixel / float(intrinsics[0, 0]) * planet.earth.equatorial_radius,
+        "pixel": per_pixel * _over_corners(np.add, spacing),
+        "noise_pixel": per_pixel * _over_corners(np.add, noise_spacing),
     }
     return [
         BackgroundTiles(**{name: array[face] for name, array in arrays.items()})
@@ -219,6 +232,16 @@ def _frosted(planet: PlanetView, corners: Corners) -> Mask:
     return (_highest(sine) + margin > north) | (_lowest(sine) - margin < south)
 
 
+def _glinting(planet: PlanetView, corners: Corners, *, noise: bool) -> Mask:
+    """Whether the sea of a tile, if it has any, shows gusts and slicks by the Sun's glint."""
+    if not (planet.earth.wind_varies and noise):
+        return np.zeros_like(_highest(corners.sun), dtype=bool)
+    half_way = _unit(corners.view + planet.sun_direction_itrf.astype(np.float64))
+    cosine = np.maximum(np.einsum("...i,...i", half_way, corners.normal), 0.05)
+    steepness = 1.0 / cosine**2 - 1.0
+    return (_lowest(steepness) - _range(steepness) < _NO_GUSTS) & (_highest(corners.sun) > 0.0)
+
+
 def _cloud_height(planet: PlanetView) -> float:
     """In Earth radii."""
     clouds = planet.earth.clouds
@@ -248,6 +271,7 @@ class Corners:
     normal : of it, ITRF
     sun : sine of the Sun's height
     slant : cosine of the ray from the vertical
+    view : towards the camera, ITRF
     distance : in Earth radii
     """
 
@@ -255,6 +279,7 @@ class Corners:
     normal: Array
     sun: Array
     slant: Array
+    view: Array
     distance: Array
 
 
@@ -283,6 +308,7 @@ def corners_on_ground(
         normal=normal,
         sun=normal @ planet.sun_direction_itrf.astype(np.float64),
         slant=root / np.sqrt(dd),
+        view=-_unit(d * np.array(planet.earth.radii)),
         distance=distance,
     )
 

@@ -141,6 +141,34 @@ def test_a_higher_cloud_has_less_air_before_it(gl: moderngl.Context, overcast: s
     assert blueness[2] == pytest.approx(np.exp(0.06), abs=0.03)
 
 
+@pytest.mark.parametrize("thickness", [4.0, 15.0])
+def test_air_under_a_deck_has_the_light_that_comes_through(
+    gl: moderngl.Context, overcast: str, thickness: float
+) -> None:
+    """A deck over nearly all air: what the air adds to its blue, as layers add up."""
+    sun = tilted_sun(SEA, 60.0, 90.0)
+    deck = {"clouds": {"picture": overcast, "height_km": 20.0, "optical_thickness": thickness}}
+    bare = {"atmosphere": "none"}
+
+    def blue(earth: Any) -> float:
+        return float(seen_over_sun(looking_down(gl, SEA, sun, earth, width=40.0), 60.0)[2])
+
+    none = {"clouds": {"cover": 0.0}}
+    # Two streams: what the deck reflects of the Sun's light, and of light from all sides.
+    tau = (1.0 - 0.85**2) * thickness
+    g = 0.85 / 1.85
+    g1, g3 = 0.75 * (1.0 - g), 0.5 - 0.75 * g * 0.5
+    sent = (g1 * tau + (g3 - 0.5 * g1) * (1.0 - np.exp(-2.0 * tau))) / (1.0 + g1 * tau)
+    back = g1 * tau / (1.0 + g1 * tau)
+
+    def through(beneath: float) -> float:
+        return (1.0 - sent) * beneath * (1.0 - back) / (1.0 - beneath * back)
+
+    # Air in full sunlight would add 0.03 more; ozone over the deck takes 0.01 of the thick one.
+    expected = through(blue(none)) - through(blue(none | bare))
+    assert blue(deck) - blue(deck | bare) == pytest.approx(expected, abs=0.01)
+
+
 def test_a_camera_under_the_clouds_sees_none_on_the_ground(
     gl: moderngl.Context, overcast: str
 ) -> None:

@@ -7,10 +7,17 @@ from typing import Any
 import moderngl
 import numpy as np
 import pytest
+from scipy.ndimage import label
 from scipy.special import ndtri
 
+from simgl.passes.background.earth_maps import shore_map
 from simgl.passes.background.planet_blocks import PLANET
-from simgl.physics.sea_surface import foam_cover, water_body, wave_slope_variance
+from simgl.physics.sea_surface import (
+    clear_water,
+    foam_cover,
+    foam_in_bands,
+    wave_slope_variance,
+)
 from simgl.scene.noise_projection import RANGE, SIZE, chart
 from tests.gpu.glsl_functions import evaluate
 
@@ -96,10 +103,95 @@ def test_the_sea_is_as_rough_and_white_as_its_sources_say() -> None:
     # Cox and Munk (1954) at 10 m/s: 0.0542; Monahan and O'Muircheartaigh (1980): 0.98 %.
     assert wave_slope_variance(10.0) == pytest.approx(0.0542)
     assert foam_cover(10.0) == pytest.approx(0.0098, rel=0.01)
-    blue = water_body(5.0)
+    # 3.84e-6 of the wind's power 3.41, whose reflectance in effect is 0.22 (Koepke 1984).
+    np.testing.assert_allclose([foam_cover(5.0), foam_cover(15.0)], [9.28e-4, 3.934e-2], rtol=2e-3)
+    np.testing.assert_allclose(foam_in_bands()[:3], 0.22)
+    blue = clear_water()
     assert blue[2] > blue[1] > blue[0] > blue[3]
     assert blue[1] < 0.01
     assert foam_cover(60.0) <= 1.0
+
+
+@pytest.mark.parametrize("wind", [3.0, 7.0, 12.0])
+@pytest.mark.parametrize("sun_zenith_deg", [10.0, 40.0])
+def test_the_glint_s_peak_is_what_facets_send_there(
+    gl: moderngl.Context, wind: float, sun_zenith_deg: float
+) -> None:
+    """Facets of Cox and Munk's slopes, each a mirror, summed over a cone about the mirror point."""
+    zenith = np.radians(sun_zenith_deg)
+    sun = np.array([np.sin(zenith), 0.0, np.cos(zenith)])
+    peak = np.array([-np.sin(zenith), 0.0, np.cos(zenith)])
+    variance = 0.003 + 0.00512 * wind
+    slopes = np.linspace(-0.25, 0.25, 2001)
+    x, y = (a.ravel() for a in np.meshgrid(slopes, slopes))
+    density = np.exp(-(x * x + y * y) / variance) / (np.pi * variance)
+    # Area and cosine of a facet over that of its ground: sun . (-x, -y, 1).
+    facing = np.maximum(sun[2] - x * sun[0] - y * sun[1], 0.0)
+    normal = np.stack([-x, -y, np.ones_like(x)], axis=1) / np.sqrt(1.0 + x * x + y * y)[:, None]
+    cosine = np.clip(normal @ sun, 0.0, 1.0)
+    sent = 2.0 * cosine[:, None] * normal - sun
+    cone = np.cos(np.radians(4.0))
+    flux = density * facing * flat_fresnel(cosine) * (sent @ peak > cone)
+    power = flux.sum() * (slopes[1] - slopes[0]) ** 2
+    turn, height = np.meshgrid(np.linspace(0, 2 * np.pi, 64, endpoint=False), np.arange(40) + 0.5)
+    z = (1.0 - (1.0 - cone) * height / 40.0).ravel()
+    level = np.sqrt(1.0 - z * z)
+    side = np.array([peak[2], 0.0, -peak[0]])
+    views = z[:, None] * peak
+    views += (level * np.cos(turn.ravel()))[:, None] * side
+    views += (level * np.sin(turn.ravel()))[:, None] * np.array([0.0, 1.0, 0.0])
+    light = (glint(gl, views, zenith, wind) * views[:, 2]).mean() * 2.0 * np.pi * (1.0 - cone)
+    # A rim of half a cell of 4 deg / 2 steps of 0.00025 is 0.7 % of the cone; waves hide next to
+    # nothing of each other at 40 deg.
+    assert light == pytest.approx(power, rel=0.01)
+
+
+def wind_over(gl: moderngl.Context, up: Array, season: float) -> Array:
+    """The wind over its mean at (n, 3) places at a share of the year."""
+    values = np.zeros((), dtype=PLANET.dtype)
+    values["planet_km"], values["year_share"] = 6378.137, season
+    block = gl.buffer(values.tobytes())
+    block.bind_to_uniform_block(0)
+    call = "vec4(wind_over(vec3(in_value[0], in_value[1], in_value[2]), 1.0))"
+    over = evaluate(
+        gl,
+        ["planet/wind.glsl"],
+        call,
+        up.astype(np.float32),
+        blocks=[PLANET],
+    )[:, 0]
+    block.release()
+    return over
+
+
+@pytest.mark.parametrize("season", [0.05, 0.55])
+def test_the_wind_has_its_mean_over_the_sea_trades_calms_and_storm_tracks(
+    gl: moderngl.Context, season: float
+) -> None:
+    codes = shore_map(None)[..., 0]
+    step = codes.shape[0] // 60
+    sea = codes[step // 2 :: step, step // 2 :: step] > 128
+    rows, columns = sea.shape
+    latitude = np.pi * (0.5 - (np.arange(rows) + 0.5) / rows)
+    longitude = np.pi * (2.0 * (np.arange(columns) + 0.5) / columns - 1.0)
+    lat, lon = np.meshgrid(latitude, longitude, indexing="ij")
+    up = np.stack([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)], axis=-1)
+    wind = wind_over(gl, up.reshape(-1, 3), season).reshape(sea.shape)
+    # Ice lies beyond 70 deg.
+    weight = np.cos(lat) * sea * (np.abs(lat) < np.radians(70.0))
+    mean = np.average(wind, weights=weight)
+    assert mean == pytest.approx(1.0, abs=0.03)
+    assert 0.25 < np.sqrt(np.average((wind - mean) ** 2, weights=weight)) < 0.5
+    assert wind.min() > 0.15
+    zonal = np.average(wind, axis=1)
+
+    def at(degrees: float) -> float:
+        return float(np.interp(degrees, np.degrees(latitude[::-1]), zonal[::-1]))
+
+    # QuikSCAT's means: 5 m/s in the calms, 7 to 8 in the trades, 10 in the southern storms.
+    assert at(4.0) < 0.75 < 0.9 < at(16.0)
+    assert at(-50.0) > 1.2
+    assert at(50.0) > (1.15 if season < 0.3 else 0.9)
 
 
 def clouds(gl: moderngl.Context, expression: str, inputs: Array) -> Array:
@@ -181,6 +273,31 @@ def test_a_pixel_that_resolves_less_of_the_noise_shows_less_of_its_contrast(
     coarse = np.stack([np.full(20, 0.4), seen], axis=1)
     blurred = clouds(gl, "cloud_cover(broken_up(in_value[0], 0.5, 0.2), in_value[1])", coarse)
     np.testing.assert_allclose(blurred, sharp.reshape(20, 500).mean(axis=1), atol=0.005)
+
+
+@pytest.mark.parametrize("share", [0.1, 0.2, 0.4])
+def test_outlines_of_cumulus_have_the_dimension_of_clouds(share: float) -> None:
+    """Of 1 to 1,200 km2, perimeters go with areas as Lovejoy (1982) found: dimension 1.35."""
+    noise = chart(0)[0][0][..., 6]
+    cloudy = noise > np.quantile(noise, 1.0 - share)
+    labels, count = label(cloudy)
+    area = np.bincount(labels.ravel(), minlength=count + 1)[1:]
+    perimeter = np.zeros(count + 1)
+    for axis in (0, 1):
+        beside = np.roll(cloudy, -1, axis)
+        of = np.where(cloudy, labels, np.roll(labels, -1, axis))[cloudy != beside]
+        perimeter += np.bincount(of, minlength=count + 1)
+    # A texel is 250 m. Where 40 % is cloud, clouds run into each other.
+    some = (area > 16) & (area < 19_200)
+    slope = np.polyfit(np.log(area[some]), np.log(perimeter[1:][some]), 1)[0]
+    assert 2.0 * slope == pytest.approx(1.35, abs=0.08)
+
+
+def test_towers_have_sides_that_face_the_sun_and_others(gl: moderngl.Context) -> None:
+    """A storm of thickness 60 stands 9 km over what is thin or not there."""
+    cases = np.array([[1.0, 0.89], [1.0, 0.55], [0.0, 0.89], [0.5, 1.0]])
+    height = clouds(gl, "tower_height(vec2(in_value[0], in_value[1]))", cases)
+    np.testing.assert_allclose(height, [9.0, 0.0, 0.0, 4.5], atol=1e-5)
 
 
 def test_the_chart_is_normal_and_loses_variance_as_texels_grow() -> None:

@@ -306,7 +306,7 @@ class PlanetPass:
             ground = ground | tiles.even | tiles.finer
         if "EARTH_MAPS" in variant:
             self._textures.read_maps(self._maps_filter(magnified))
-        for kind, mask in lights_and_seasons(ground, dark, tiles.frosted):
+        for kind, mask in lights_and_seasons(ground, dark, tiles.frosted, tiles.glint):
             program = self._program_for("planet/planet", (*kind, *variant))
             # One large face costs less than its parts.
             full = bool(mask.all())
@@ -368,7 +368,7 @@ class PlanetPass:
         noise = np.zeros(seen.shape, dtype=np.int64)
         maps = noise
         if "FAR" not in variant:
-            noise = halvings(tiles.pixel, 1e3 * TEXEL_KM)
+            noise = halvings(tiles.noise_pixel, 1e3 * TEXEL_KM)
         self._textures.read_maps(self._maps_filter(magnified or not self._hardware))
         if not (magnified or self._hardware):
             maps = halvings(tiles.pixel, MAP_TEXEL_M)

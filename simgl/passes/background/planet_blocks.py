@@ -13,7 +13,13 @@ from simgl.physics.atmosphere import albedo_from_below
 from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS
 from simgl.physics.earth_spectra import ice_cloud, water_mirror
 from simgl.physics.regolith import Regolith, geometric_albedo
-from simgl.physics.sea_surface import mirror_laws, water_body, wave_slope_variance
+from simgl.physics.sea_surface import (
+    clear_water,
+    foam_cover,
+    foam_in_bands,
+    mirror_laws,
+    wave_slope_variance,
+)
 from simgl.physics.spectrum import Bands
 from simgl.scene.frost import ice_reflectance, snow_in_bands
 from simgl.scene.noise_projection import LEVELS, SIZE, TEXEL_KM
@@ -31,8 +37,9 @@ PLANET = Block(
             ("sun_direction_itrf", "f4", 4),
             ("earth_sun_irradiance", "f4", 4),
             ("earth_albedo", "f4", 4),
-            # Of the water without its surface's mirror.
-            ("water_body", "f4", 4),
+            # Of water without foam and its surface's mirror, and of foam.
+            ("clear_water", "f4", 4),
+            ("foam", "f4", 4),
             # Of sea ice in the north and in the south.
             ("ice_reflectance", "f4", (2, 4)),
             # Of the ground that the light scattered by the air is made for, and of the clear air
@@ -69,6 +76,7 @@ PLANET = Block(
             ("cloud_km", "f4"),
             ("high_cloud_thickness", "f4"),
             ("wave_slope_variance", "f4"),
+            ("foam_cover", "f4"),
             # 1 where the camera is above the clouds.
             ("clouds_below", "f4"),
             # Of a texel of the map of form on the equator, and of the chart [km].
@@ -85,7 +93,7 @@ PLANET = Block(
             ("glow_depth_km", "f4"),
             # 1 where the wind over the sea differs from place to place.
             ("wind_varies", "f4"),
-            ("planet_padding", "f4", 2),
+            ("planet_padding", "f4"),
         ]
     ),
 )
@@ -239,7 +247,9 @@ def planet_values(
         "sun_direction_itrf": (*planet.sun_direction_itrf, 0.0),
         "earth_sun_irradiance": planet.sun_irradiance,
         "earth_albedo": earth.albedo or (0.0, 0.0, 0.0, 0.0),
-        "water_body": water_body(earth.wind, earth.bands),
+        "clear_water": clear_water(earth.bands),
+        "foam": foam_in_bands(earth.bands),
+        "foam_cover": foam_cover(earth.wind),
         "ice_reflectance": ice_reflectance(planet.year_share, earth.bands),
         "mean_ground": earth.mean_albedo,
         "air_from_below": albedo_from_below(earth.air) if earth.air else np.zeros(4),

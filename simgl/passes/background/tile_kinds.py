@@ -26,14 +26,16 @@ _FULL_MOON, _FADES = 2.5e-6, 0.023
 
 
 def lights_and_seasons(
-    ground: Mask, dark: Mask, frosted: Mask
+    ground: Mask, dark: Mask, frosted: Mask, glint: Mask
 ) -> Iterator[tuple[tuple[str, ...], Mask]]:
     """Tiles that are found by pixels in masks, with what their shader knows of them."""
     for night in (), ("NIGHT",):
         for frost in (), ("FROST",):
-            mask = ground & (dark if night else ~dark) & (frosted if frost else ~frosted)
-            if mask.any():
-                yield (*night, *frost), mask
+            for shining in (), ("GLINT",):
+                mask = ground & (dark if night else ~dark) & (frosted if frost else ~frosted)
+                mask &= glint if shining else ~glint
+                if mask.any():
+                    yield (*night, *frost, *shining), mask
 
 
 def kinds_at_corners(tiles: BackgroundTiles, dark: Mask) -> Iterator[tuple[tuple[str, ...], Mask]]:
@@ -56,6 +58,7 @@ def kinds_at_corners(tiles: BackgroundTiles, dark: Mask) -> Iterator[tuple[tuple
         "FROST": tiles.frosted,
         "SEA": tiles.sea,
         "LAND": tiles.land & small & plain,
+        "GLINT": tiles.glint & ~tiles.land,
         "NO_HIGH_CLOUD": ~tiles.high_clouds & small & plain,
     }
     kinds["RELIEF_AT_CORNERS"] = kinds["LAND"] & level
