@@ -11,11 +11,12 @@ from dataclasses import dataclass
 from functools import cached_property, partial
 
 import numpy as np
+from scipy import sparse
 
 from simgl.arrays import Array, Array32
 from simgl.lru_cache import LruCache
-from simgl.radiosity.light_grids import CUTS, STEPS
-from simgl.radiosity.light_transport import LightTransport
+from simgl.radiosity.light_grids import more_of_nodes
+from simgl.radiosity.light_transport import LightTransport, PatchCells
 from simgl.radiosity.solver import Reflectors, radiosity
 from simgl.radiosity.sunlit_patches import CAPACITY, Node, SunlitPatches, grid_corners
 
@@ -110,35 +111,51 @@ class PrecomputedResponse:
         }
         missing = [node for node, _ in corners if node not in known]
         for node, solved in self._of_nodes(missing).items():
-            known[node] = self._gathered(solved)
-        mean = None
+            known[node] = self._gathered(node, solved)
+        # In long rows: numpy takes as long for four numbers as for hundreds.
+        mean = scratch = None
         for node, weight in corners:
             part = self._at_vertices.get(node, partial(known.__getitem__, node))
-            part = part * np.float32(weight)
-            mean = part if mean is None else np.add(mean, part, out=mean)
+            row = np.tile((weight * irradiance).astype(np.float32), _ROW)
+            if mean is None:
+                mean = part * row
+                scratch = np.empty_like(mean)
+            else:
+                mean += np.multiply(part, row, out=scratch)
         assert mean is not None
-        # In long rows: numpy takes as long for four numbers as for hundreds.
-        mean *= np.tile(irradiance.astype(np.float32), _ROW)
         light, count = mean.reshape(-1, 4), len(self._transport.vertex_rows)
         return GatheredSunlight(vertices=light[:count], nodes=light[_in_rows(count) :])
 
-    def _gathered(self, solved: Array32) -> Array32:
+    def _gathered(self, node: Node, solved: Array32) -> Array32:
         """(k, 4 _ROW) at vertices, then from a row of its own on at nodes, of what leaves the
         patches (p, 4)."""
         transport, grids = self._transport, self._transport.grids
-        at_points = transport.sun_gather @ solved
+        gather = [transport.sun_gather] if grids is None else [transport.sun_gather, grids.gather]
+        at_points = np.concatenate([matrix @ solved for matrix in gather])
+        if transport.cells is not None:
+            at_points += self._more_of_cells(transport.cells, node)
+            # Fewer rays tell what of a patch is dark than how much of it is seen.
+            np.maximum(at_points, 0.0, out=at_points)
         count = len(transport.vertex_rows)
         nodes = 0 if grids is None else grids.point_of_node.size
         rows = np.zeros((_in_rows(count) + _in_rows(nodes), 4), dtype=np.float32)
         np.take(at_points, transport.vertex_rows, axis=0, out=rows[:count])
         if grids is not None:
-            corners = transport.mesh.triangles[grids.triangles].astype(np.int64)
-            at_corners = at_points[transport.gather_point_of_vertex[:, corners]]
-            linear = np.einsum("nk,stkb->tnsb", (STEPS / CUTS).astype(np.float32), at_corners)
-            more = (grids.gather @ solved)[grids.point_of_node] - linear
-            more[grids.point_of_node < 0] = 0.0
-            rows[_in_rows(count) :][:nodes] = more.reshape(-1, 4)
+            rows[_in_rows(count) :][:nodes] = self._more_of_nodes @ at_points
         return rows.reshape(-1, 4 * _ROW)
+
+    def _more_of_cells(self, cells: PatchCells, node: Node) -> Array32:
+        """(s + g, 4) what gather points get more as patches near them are lit in part: each sees
+        the lit part or the dark one."""
+        asked, more = self._sunlit.more_on_cells(cells, node)
+        reflected = self._surface.albedo[cells.patch[asked]] * more[:, None]
+        return np.asarray(cells.gather[asked].T @ reflected)
+
+    @cached_property
+    def _more_of_nodes(self) -> sparse.csr_matrix:
+        grids = self._transport.grids
+        assert grids is not None
+        return more_of_nodes(self._transport, grids)
 
     @cached_property
     def _of_cells(self) -> Array32:
@@ -163,7 +180,7 @@ class PrecomputedResponse:
         """(p, 4) each for a Sun of 1 W/m2 in that direction; together they take less time."""
         if not nodes:
             return {}
-        cosines = np.stack([self._sunlit.at(node) for node in nodes], axis=1)
+        cosines = np.stack([self._sunlit.at(node).cosines for node in nodes], axis=1)
         reflected = self._surface.albedo[:, :, None] * cosines[:, None]
         solved = radiosity(self._transport, self._surface, reflected)
         return {node: np.ascontiguousarray(solved[:, :, i]) for i, node in enumerate(nodes)}
