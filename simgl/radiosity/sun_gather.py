@@ -78,8 +78,8 @@ def cells_seen(
 
     rows = np.flatnonzero(chosen)
     parts = [rows[i : i + _AT_ONCE] for i in range(0, len(rows), _AT_ONCE)]
-    found = list(_in_turn(counted, parts, tick))
-    return _together(found, rows, (len(chosen), index.count)), buried
+    parts_seen = list(_in_turn(counted, parts, tick))
+    return _together(parts_seen, rows, (len(chosen), index.count)), buried
 
 
 def _together(parts: list[_Part], rows: IndexArray, shape: tuple[int, int]) -> SeenCells:
