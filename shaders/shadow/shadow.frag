@@ -1,6 +1,10 @@
 #ifdef CUT_OUT
 #include "surface/cut_out.glsl"
 #endif
+#ifdef SLOPES
+// Change of depth from one column and one row to the next.
+out vec2 slopes;
+#endif
 #ifdef BEHIND
 #include "block/caster"
 
@@ -17,6 +21,9 @@ void skip_before() {
 #endif
 
 void main() {
+#ifdef SLOPES
+    slopes = vec2(dFdx(gl_FragCoord.z), dFdy(gl_FragCoord.z));
+#endif
 #ifdef CUT_OUT
     cut_out();
 #endif

@@ -171,8 +171,7 @@ vec2 edge_of(vec4 dark, vec2 weight) {
                 mix(dark.z - dark.x, dark.w - dark.y, weight.x));
 }
 
-// Lit share of the four texels nearest to an offset [texels] from a receiver; past sheets, of those
-// that do not lie beyond its surface.
+// Lit share of the four texels nearest to an offset [texels] from a receiver, past solids.
 float lit_by_neighbours(sampler2D depths, SunMap map, Receiver r, vec2 offset) {
     ivec2 first = nearest_texels(map, r, offset);
     vec4 plane;
@@ -181,16 +180,6 @@ float lit_by_neighbours(sampler2D depths, SunMap map, Receiver r, vec2 offset) {
     vec4 dark = vec4(casting);
     vec4 lit = 1.0 - dark;
     vec2 weight = clamp(r.here.xy + offset - vec2(first) - 0.5, 0.0, 1.0);
-    if (!SOLID) {
-        vec2 corner = vec2(first) + 0.5 - r.here.xy;
-        vec4 known = vec4(1.0);
-        for (int k = 0; k < 4; ++k) {
-            bool beyond = beyond_receiver(r, high[k], plane[k], corner + vec2(k & 1, k >> 1));
-            if (beyond && !casting[k]) known[k] = 0.0;
-        }
-        float all = mean_of(known, weight);
-        return all > 0.0 ? mean_of(lit * known, weight) / all : 1.0;
-    }
     float share = mean_of(lit, weight), shaded = mean_of(dark, weight);
     if (shaded > 0.0 && share > 0.0) {
         vec2 edge = edge_of(dark, weight);

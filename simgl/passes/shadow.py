@@ -52,6 +52,9 @@ class ShadowPass:
     from_sun = State(depth=True, depth_clamp=True, write_color=False, cull="front")
     # Both sides of open sheets meet the light, and leave it.
     open_sheets = State(depth=True, depth_clamp=True, write_color=False)
+    # Where there are sheets, the slopes of all casters.
+    solids_with_slopes = State(depth=True, depth_clamp=True, cull="back")
+    sheets_with_slopes = State(depth=True, depth_clamp=True)
     # A sheet is as thick as its depth changes over a texel, so that light which leans against the
     # map finds no gaps between its texels.
     under_sheets = State(depth=True, depth_clamp=True, depth_slopes=1.0, write_color=False)
@@ -63,6 +66,9 @@ class ShadowPass:
         self._behind = OutlineProgram(
             ctx, meshes, "shadow/shadow", [_CASTER], {"before": 0}, {"BEHIND": 1}
         )
+        # Compiled with the first sheets.
+        self._meshes = meshes
+        self._with_slopes: OutlineProgram | None = None
         self._bounds = CasterBounds(ctx)
         self._planes = CasterPlanes(ctx)
         self._slabs = CasterSlabs(ctx)
@@ -73,8 +79,8 @@ class ShadowPass:
         )
 
     def cast(self, views: Sequence[ShadowView]) -> list[tuple[moderngl.Texture, ...]]:
-        """Depths, behind, tops, planes and slabs of each view's maps, the close one right of the
-        wide one.
+        """Depths, behind, tops, planes, slabs and slopes of each view's maps, the close one right of
+        the wide one.
 
         depths : nearest surface that faces the Sun, 0..1, and below it nearest that faces away
         behind : nearest that faces the Sun behind the one that faces away
@@ -82,6 +88,7 @@ class ShadowPass:
         planes : over the casters around each place, see ``shadow/planes.frag``
         slabs : the depths and behind together, see ``shadow/slabs.frag``; both undefined without a
             close map
+        slopes : change of the nearest depth from texel to texel; undefined without sheets
 
         Only the depths are drawn, the others by ``complete``: a renderer on the CPU waits where a
         draw reads a texture that is still being drawn. Until then it works on these, and the caller
@@ -130,9 +137,9 @@ class ShadowPass:
 
     def _free_atlas(self, maps: Sequence[ShadowMap]) -> _ShadowAtlas:
         """A new one, or an unused one of these sizes."""
-        sizes = tuple(one.size for one in maps)
+        kind = _kind(maps)
         for atlas in self._unused:
-            if atlas.sizes == sizes:
+            if atlas.kind == kind:
                 self._unused.remove(atlas)
                 atlas.drawn = atlas.uses = 0
                 return atlas
@@ -143,11 +150,20 @@ class ShadowPass:
     def _draw_towards_sun(self, maps: Sequence[ShadowMap], atlas: _ShadowAtlas) -> None:
         self._caster.bind()
         self._clear(atlas.depths)
+        states, program = (self.towards_sun, self.open_sheets), self._program
+        if with_sheets(maps):
+            states, program = (self.solids_with_slopes, self.sheets_with_slopes), self._sloped()
         column = 0
         for one in maps:
-            states = self.towards_sun, self.open_sheets
-            self._layer(one, atlas.depths, (column, 0), states, self._program)
+            self._layer(one, atlas.nearest, (column, 0), states, program)
             column += one.size
+
+    def _sloped(self) -> OutlineProgram:
+        if self._with_slopes is None:
+            self._with_slopes = OutlineProgram(
+                self._ctx, self._meshes, "shadow/shadow", [_CASTER], defines={"SLOPES": 1}
+            )
+        return self._with_slopes
 
     def _draw_from_sun(self, maps: Sequence[ShadowMap], atlas: _ShadowAtlas) -> None:
         self._caster.bind()
@@ -228,6 +244,8 @@ class ShadowPass:
             self._behind,
         )
         release_all(self._ctx, *self._unused, *shaders)
+        if self._with_slopes is not None:
+            self._with_slopes.release()
         self._unused.clear()
 
 
@@ -252,7 +270,7 @@ class _ShadowAtlas:
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context, maps: Sequence[ShadowMap]) -> None:
         self.drawn = self.uses = 0
-        self.sizes = sizes = tuple(one.size for one in maps)
+        self.kind = sizes, sheets = _kind(maps)
         depths = ctx.depth_texture((sum(sizes) + _SPARE, 2 * max(sizes)))
         behind = ctx.depth_texture((sum(sizes) + _SPARE, max(sizes)))
         depths.compare_func = behind.compare_func = ""
@@ -267,16 +285,30 @@ class _ShadowAtlas:
         texels = (sum(sizes) + _SPARE_SLABS, max(sizes)) if len(sizes) > 1 else (1, 1)
         slabs = ctx.texture(texels, 4, dtype="f4")
         self.slabs = ctx.framebuffer([slabs])
-        self.textures = (depths, behind, tops, planes, slabs)
+        # As high as the depths that it is drawn with; its lower half stays unused.
+        slopes = ctx.texture(depths.size if sheets else (1, 1), 2, dtype="f4")
+        self.nearest = ctx.framebuffer([slopes], depths) if sheets else self.depths
+        self.textures = (depths, behind, tops, planes, slabs, slopes)
         for texture in self.textures:
             texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
 
     def release(self) -> None:
         """Free everything."""
-        for framebuffer in (self.depths, self.behind, self.tops, self.planes, self.slabs):
+        drawn = {self.depths, self.nearest, self.behind, self.tops, self.planes, self.slabs}
+        for framebuffer in drawn:
             framebuffer.release()
         for texture in self.textures:
             texture.release()
+
+
+def with_sheets(maps: Sequence[ShadowMap]) -> bool:
+    """Whether open sheets are among the casters."""
+    return any(caster.both_sides for one in maps for caster in one.casters)
+
+
+def _kind(maps: Sequence[ShadowMap]) -> tuple[tuple[int, ...], bool]:
+    """Atlases of the same kind have the same textures."""
+    return tuple(one.size for one in maps), with_sheets(maps)
 
 
 def _atlas_bytes(maps: Sequence[ShadowMap]) -> int:
@@ -285,4 +317,5 @@ def _atlas_bytes(maps: Sequence[ShadowMap]) -> int:
     tops = sum(one.bounds_width for one in maps) * max(sizes) // CELL
     planes = (sum(sizes) // CELL) * (max(sizes) // CELL)
     slabs = sum(sizes) * max(sizes) if len(sizes) > 1 else 0
-    return 4 * sum(sizes) * 3 * max(sizes) + 8 * tops + 16 * (planes + slabs)
+    slopes = 2 * sum(sizes) * max(sizes) if with_sheets(maps) else 0
+    return 4 * sum(sizes) * 3 * max(sizes) + 8 * (tops + slopes) + 16 * (planes + slabs)

@@ -32,6 +32,7 @@ from simgl.passes.shared_blocks import (
     spacecraft_values,
     tile_values,
 )
+from simgl.passes.shadow import with_sheets
 from simgl.view.raster_tiles import RasterTile
 from simgl.view.spacecraft_view import SpacecraftView
 
@@ -43,6 +44,7 @@ _SHADOW_UNITS = {
     "sun_tops": 14,
     "sun_planes": 15,
     "sun_slabs": 10,
+    "sun_slopes": 23,
 }
 _POINTS_UNIT, _FIRST = 22, {"sunlight": 11}
 
@@ -61,7 +63,9 @@ class SunlightPass:
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        depths, behind, tops, planes, slabs = ({name: unit} for name, unit in _SHADOW_UNITS.items())
+        depths, behind, tops, planes, slabs, slopes = (
+            {name: unit} for name, unit in _SHADOW_UNITS.items()
+        )
         grouped = _GBUFFER_UNITS | POINT_GROUPS
         listed = grouped | _FIRST | {"searched_points": _POINTS_UNIT}
         searched = listed | PAGE_ENTRIES
@@ -73,6 +77,7 @@ class SunlightPass:
             ("SEARCH", "SLABS"): searched | slabs,
             ("NEIGHBOURS",): listed | depths,
         }
+        self._slopes = slopes
         # By that, by how a spacecraft moves, and by whether open sheets shade it.
         self._screens: dict[tuple[str, ...], Screen] = {}
         for way in (), ("SEARCH",):
@@ -90,13 +95,16 @@ class SunlightPass:
     def _screen_for(self, way: tuple[str, ...], variant: tuple[str, ...]) -> Screen:
         defines = *way, *variant
         if defines not in self._screens:
+            samplers = self._samplers[way]
+            if "SHEETS" in variant and "PLANES" not in way:
+                samplers = samplers | self._slopes
             blocks = [TILE, SPACECRAFT, SHADOW]
             self._screens[defines] = point_shader(
                 self._ctx,
                 "surface/sunlight",
                 OTHERS,
                 blocks,
-                self._samplers[way],
+                samplers,
                 dict.fromkeys(defines, 1),
             )
         return self._screens[defines]
@@ -184,5 +192,4 @@ class SunlightPass:
 
 def _variant(view: SpacecraftView) -> tuple[str, ...]:
     motion = () if view.motion is None else view.motion.variant
-    casters = view.shadow.maps[0].casters
-    return (*motion, "SHEETS") if any(c.model.open_sheets for c in casters) else motion
+    return (*motion, "SHEETS") if with_sheets(view.shadow.maps) else motion
