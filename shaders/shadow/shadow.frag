@@ -2,11 +2,13 @@
 #include "surface/cut_out.glsl"
 #endif
 #ifdef SLOPES
-// Change of depth from one column and one row to the next.
+// Change of depth from one column and one row to the next, in edges of texels.
 out vec2 slopes;
 #endif
-#ifdef BEHIND
+#if defined(BEHIND) || defined(SLOPES)
 #include "block/caster"
+#endif
+#ifdef BEHIND
 
 uniform sampler2D before;   // another map; its lower half: where the light leaves the casters
 
@@ -22,7 +24,7 @@ void skip_before() {
 
 void main() {
 #ifdef SLOPES
-    slopes = vec2(dFdx(gl_FragCoord.z), dFdy(gl_FragCoord.z));
+    slopes = caster_map_depth * vec2(dFdx(gl_FragCoord.z), dFdy(gl_FragCoord.z));
 #endif
 #ifdef CUT_OUT
     cut_out();

@@ -1,76 +1,56 @@
-// Light past sheets that meet at creases, by the planes of what the texels of a shadow map show.
+// What the planes around a receiver tell of light at creases.
 //
-// A texel tells of its middle. Near a crease that may lie on the other side of it, and what stands
-// there says nothing of the receiver; but its plane, continued to the receiver, does: only where it
-// passes over the receiver can what it belongs to shade it.
+// A texel tells of its middle. Near a crease that may lie on the other side, and what stands there says
+// nothing of the receiver. The plane of what it shows does, continued to the receiver: only where it
+// passes over the receiver can the surface shade it; and what lies across that plane is past the crease.
 
-// Planes that four texels show, and what they are to a receiver.
+#include "surface/receiver.glsl"
+
+// What four texels show, and what it is to a receiver.
 struct Planes {
-    vec4 rise;           // of each over the receiver's own plane [m]
-    mat4x2 slopes;       // of each, height per texel [m]
-    mat4x2 away;         // of the texels from the receiver's place [texels]
-    bvec4 shading;       // over the receiver, continued to it
-    bvec4 own;           // showing the receiver's own surface
+    vec4 rise;       // over the receiver's own plane [m]
+    mat4x2 slopes;   // height per texel [m]
+    mat4x2 away;     // of the texels from the receiver's place [texels]
+    bvec4 shading;   // a surface that passes over the receiver
+    bvec4 own;       // the receiver's own surface
 };
 
-// highest : over the receiver [m], of those that count as shading
+// first : of the texels
+// highest : over the receiver [m], of what counts as shading
 Planes planes_at(sampler2D depths, sampler2D slopes, SunMap map, Receiver r, ivec2 first, float highest) {
     Planes planes;
     vec2 place = r.here.xy + r.foot.xy;
     float above = map.top - r.here.z - r.foot.z;
     for (int k = 0; k < 4; ++k) {
-        ivec2 at = first + ivec2(k & 1, k >> 1) + ivec2(map.column, 0);
-        vec2 away = vec2(first + ivec2(k & 1, k >> 1)) + 0.5 - place;
+        ivec2 texel = first + ivec2(k & 1, k >> 1), at = texel + ivec2(map.column, 0);
+        vec2 away = vec2(texel) + 0.5 - place;
         float high = above - map.depth * texelFetch(depths, at, 0).r;
-        vec2 slope = -map.depth * texelFetch(slopes, at, 0).rg;
-        float rise = high - dot(r.slope, away);
-        // Along a line to the Sun from the receiver, which leans against the map.
+        vec2 slope = -map.texel * texelFetch(slopes, at, 0).rg;
+        float rise = high - dot(r.slope, away), bend = length(slope - r.slope);
+        // On the line to the Sun, which leans against the map.
         float over = (high - r.seen.z - dot(slope, away - r.seen.xy)) / (1.0 - dot(slope, map.lean));
         float slack = 2.0 * r.slack + r.tilt * (abs(away.x) + abs(away.y));
-        // Facets that turn by half a degree belong to one smooth surface.
-        bool bent = length(slope - r.slope) > 5.0 * r.tilt + 1e-6 * map.depth;
-        bool casting = rise > (r.flat_facet && bent ? r.exact : r.lift + slack);
+        // Facets that turn by less than half a degree are one surface.
+        bool bent = bend > 5.0 * r.tilt + 1e-6 * map.depth;
+        float least = r.flat_facet && bent ? r.exact : r.lift + slack;
+        bool shading = rise > least && over > 0.0 && over < highest;
+        // On a solid may stand a low step, whose top ends anywhere between two texels' middles.
+        planes.shading[k] = shading && (!SOLID || rise < 2.0 * bend);
+        planes.own[k] = rise <= (bent ? r.exact : r.lift + slack) && rise >= -slack - 1.5 / LIFT * r.lift;
         planes.rise[k] = rise;
         planes.slopes[k] = slope;
         planes.away[k] = away;
-        planes.shading[k] = casting && over > 0.0 && over < highest;
-        planes.own[k] = rise <= (bent ? r.exact : r.lift + slack) && rise >= -slack - 1.5 / LIFT * r.lift;
     }
     return planes;
 }
 
-// Lit share of the four texels nearest to an offset [texels] from a receiver, of those that tell of it.
-//
-// highest : no plane higher over the receiver shades it [m]
-float lit_past_creases(sampler2D depths, sampler2D slopes, SunMap map, Receiver r, vec2 offset,
-                       float highest) {
-    vec2 place = r.here.xy + r.foot.xy + offset;
-    ivec2 first = clamp(ivec2(floor(place - 0.5)), ivec2(0), ivec2(map.size - 2));
-    Planes planes = planes_at(depths, slopes, map, r, first, highest);
-    vec4 lit = vec4(planes.own);
-    // What shows the receiver's own plane beyond a crease with a plane that shades it tells nothing.
+// Which of the texels' middles lie, on the receiver's own plane, on its side of all that shades it.
+vec4 this_side(Planes planes, Receiver r) {
+    vec4 here = vec4(1.0);
     for (int j = 0; j < 4; ++j) {
-        if (!planes.shading[j]) continue;
         vec2 bend = planes.slopes[j] - r.slope;
-        for (int k = 0; k < 4; ++k)
-            if (planes.rise[j] + dot(bend, planes.away[k] - planes.away[j]) <= r.exact) lit[k] = 0.0;
+        vec4 rise = planes.rise[j] + bend * planes.away - dot(bend, planes.away[j]);
+        if (planes.shading[j]) here *= vec4(greaterThan(rise, vec4(r.exact)));
     }
-    vec4 known = max(lit, vec4(planes.shading));
-    vec2 weight = clamp(place - vec2(first) - 0.5, 0.0, 1.0);
-    float all = mean_of(known, weight);
-    return all > 0.0 ? mean_of(lit, weight) / all : 1.0;
-}
-
-// Those of a group's samples that no plane shades to which the Sun is a point.
-//
-// reach : texels per metre of height to the disc's edge
-uint past_creases(sampler2D depths, sampler2D slopes, SunMap map, Samples samples, float reach) {
-    uint left = samples.group, past = 0u;
-    do {
-        uint sample_bit = lowest_of(left);
-        Receiver r = next_receiver(samples, left);
-        bool lit = lit_past_creases(depths, slopes, map, r, vec2(0.0), 0.5 / reach) > 0.5;
-        past |= lit ? sample_bit : 0u;
-    } while (left != 0u);
-    return past;
+    return here;
 }

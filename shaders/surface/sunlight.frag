@@ -10,9 +10,6 @@
 #include "gbuffer/cells.glsl"
 #include "surface/shadow.glsl"
 #include "surface/unknown_sunlight.glsl"
-#ifdef SHEETS
-#include "surface/creases.glsl"
-#endif
 #ifdef MOVING
 #include "common/moving.glsl"
 #endif
@@ -29,7 +26,7 @@ uniform sampler2D sun_slabs;
 #else
 uniform sampler2D sun_depths;
 #endif
-#if defined(SHEETS) && !defined(PLANES)
+#ifndef PLANES
 uniform sampler2D sun_slopes;
 #endif
 #ifdef LISTED
@@ -89,11 +86,8 @@ float lit_near(SunMap map, Receiver of_group, mat2x3 steps, uint group, float hi
     do {
         Receiver receiver = of_group;
         receiver.here += steps * (vec2(next_texel(left)) + 0.5 - middle);
-#ifdef SHEETS
-        lit += lit_past_creases(sun_depths, sun_slopes, map, receiver, offset, 1e9);
-#else
-        lit += lit_by_neighbours(sun_depths, map, receiver, offset);
-#endif
+        lit += SOLID ? lit_by_neighbours(sun_depths, sun_slopes, map, receiver, offset)
+                     : lit_past_planes(sun_depths, sun_slopes, map, receiver, offset, 1e9);
     } while (left != 0u);
     return lit / float(samples_of(group));
 }
@@ -161,13 +155,10 @@ void main() {
 #define sun_depths sun_slabs
 #define sun_behind sun_slabs
 #endif
-    float past = 1.0;
-#ifdef SHEETS
-    samples.group = past_creases(sun_depths, sun_slopes, atlas.map, samples, atlas.reach);
-    past = 1.0 / float(samples.count);
+    samples.group = past_planes(sun_depths, sun_slopes, atlas.map, samples, atlas.reach);
+    float past = 1.0 / float(samples.count);
     samples.count = int(samples_of(samples.group));
     past *= float(samples.count);
-#endif
     lit_fraction = vec4(0.0);
     if (past > 0.0)
         lit_fraction = past * disc_past(sun_depths, sun_behind, atlas.map, samples, highest, atlas.reach,

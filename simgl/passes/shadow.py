@@ -36,8 +36,9 @@ _CASTER = Block(
         [
             ("caster_clip_from_body", "f4", (4, 4)),
             ("caster_map_size", "f4"),
-            ("caster_padding", "f4"),
-            ("caster_padding_2", "f4", 2),
+            # Its depth in edges of texels.
+            ("caster_map_depth", "f4"),
+            ("caster_padding", "f4", 2),
         ]
     ),
 )
@@ -52,9 +53,9 @@ class ShadowPass:
     from_sun = State(depth=True, depth_clamp=True, write_color=False, cull="front")
     # Both sides of open sheets meet the light, and leave it.
     open_sheets = State(depth=True, depth_clamp=True, write_color=False)
-    # Where there are sheets, the slopes of all casters.
-    solids_with_slopes = State(depth=True, depth_clamp=True, cull="back")
-    sheets_with_slopes = State(depth=True, depth_clamp=True)
+    # With their slopes.
+    nearest_solids = State(depth=True, depth_clamp=True, cull="back")
+    nearest_sheets = State(depth=True, depth_clamp=True)
     # A sheet is as thick as its depth changes over a texel, so that light which leans against the
     # map finds no gaps between its texels.
     under_sheets = State(depth=True, depth_clamp=True, depth_slopes=1.0, write_color=False)
@@ -62,13 +63,13 @@ class ShadowPass:
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
         self._ctx = ctx
+        self._nearest = OutlineProgram(
+            ctx, meshes, "shadow/shadow", [_CASTER], defines={"SLOPES": 1}
+        )
         self._program = OutlineProgram(ctx, meshes, "shadow/shadow", [_CASTER])
         self._behind = OutlineProgram(
             ctx, meshes, "shadow/shadow", [_CASTER], {"before": 0}, {"BEHIND": 1}
         )
-        # Compiled with the first sheets.
-        self._meshes = meshes
-        self._with_slopes: OutlineProgram | None = None
         self._bounds = CasterBounds(ctx)
         self._planes = CasterPlanes(ctx)
         self._slabs = CasterSlabs(ctx)
@@ -88,7 +89,7 @@ class ShadowPass:
         planes : over the casters around each place, see ``shadow/planes.frag``
         slabs : the depths and behind together, see ``shadow/slabs.frag``; both undefined without a
             close map
-        slopes : change of the nearest depth from texel to texel; undefined without sheets
+        slopes : of the nearest surface, as deep as wide is 1; undefined where there is none
 
         Only the depths are drawn, the others by ``complete``: a renderer on the CPU waits where a
         draw reads a texture that is still being drawn. Until then it works on these, and the caller
@@ -137,9 +138,9 @@ class ShadowPass:
 
     def _free_atlas(self, maps: Sequence[ShadowMap]) -> _ShadowAtlas:
         """A new one, or an unused one of these sizes."""
-        kind = _kind(maps)
+        sizes = tuple(one.size for one in maps)
         for atlas in self._unused:
-            if atlas.kind == kind:
+            if atlas.sizes == sizes:
                 self._unused.remove(atlas)
                 atlas.drawn = atlas.uses = 0
                 return atlas
@@ -150,20 +151,11 @@ class ShadowPass:
     def _draw_towards_sun(self, maps: Sequence[ShadowMap], atlas: _ShadowAtlas) -> None:
         self._caster.bind()
         self._clear(atlas.depths)
-        states, program = (self.towards_sun, self.open_sheets), self._program
-        if with_sheets(maps):
-            states, program = (self.solids_with_slopes, self.sheets_with_slopes), self._sloped()
         column = 0
         for one in maps:
-            self._layer(one, atlas.nearest, (column, 0), states, program)
+            states = self.nearest_solids, self.nearest_sheets
+            self._layer(one, atlas.nearest, (column, 0), states, self._nearest)
             column += one.size
-
-    def _sloped(self) -> OutlineProgram:
-        if self._with_slopes is None:
-            self._with_slopes = OutlineProgram(
-                self._ctx, self._meshes, "shadow/shadow", [_CASTER], defines={"SLOPES": 1}
-            )
-        return self._with_slopes
 
     def _draw_from_sun(self, maps: Sequence[ShadowMap], atlas: _ShadowAtlas) -> None:
         self._caster.bind()
@@ -229,7 +221,9 @@ class ShadowPass:
         for caster in one.casters:
             states[caster.both_sides].apply(self._ctx, target, area, area)
             clip = caster.clip_from_body
-            self._caster.write({"caster_clip_from_body": clip, "caster_map_size": one.size})
+            depth = one.depth / one.texel
+            sizes = {"caster_map_size": one.size, "caster_map_depth": depth}
+            self._caster.write({"caster_clip_from_body": clip} | sizes)
             program.draw(caster.model)
 
     def release(self) -> None:
@@ -240,12 +234,11 @@ class ShadowPass:
             self._bounds,
             self._planes,
             self._slabs,
+            self._nearest,
             self._program,
             self._behind,
         )
         release_all(self._ctx, *self._unused, *shaders)
-        if self._with_slopes is not None:
-            self._with_slopes.release()
         self._unused.clear()
 
 
@@ -270,7 +263,7 @@ class _ShadowAtlas:
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context, maps: Sequence[ShadowMap]) -> None:
         self.drawn = self.uses = 0
-        self.kind = sizes, sheets = _kind(maps)
+        self.sizes = sizes = tuple(one.size for one in maps)
         depths = ctx.depth_texture((sum(sizes) + _SPARE, 2 * max(sizes)))
         behind = ctx.depth_texture((sum(sizes) + _SPARE, max(sizes)))
         depths.compare_func = behind.compare_func = ""
@@ -286,29 +279,19 @@ class _ShadowAtlas:
         slabs = ctx.texture(texels, 4, dtype="f4")
         self.slabs = ctx.framebuffer([slabs])
         # As high as the depths that it is drawn with; its lower half stays unused.
-        slopes = ctx.texture(depths.size if sheets else (1, 1), 2, dtype="f4")
-        self.nearest = ctx.framebuffer([slopes], depths) if sheets else self.depths
+        slopes = ctx.texture(depths.size, 2, dtype="f2")
+        self.nearest = ctx.framebuffer([slopes], depths)
         self.textures = (depths, behind, tops, planes, slabs, slopes)
         for texture in self.textures:
             texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
 
     def release(self) -> None:
         """Free everything."""
-        drawn = {self.depths, self.nearest, self.behind, self.tops, self.planes, self.slabs}
+        drawn = self.depths, self.nearest, self.behind, self.tops, self.planes, self.slabs
         for framebuffer in drawn:
             framebuffer.release()
         for texture in self.textures:
             texture.release()
-
-
-def with_sheets(maps: Sequence[ShadowMap]) -> bool:
-    """Whether open sheets are among the casters."""
-    return any(caster.both_sides for one in maps for caster in one.casters)
-
-
-def _kind(maps: Sequence[ShadowMap]) -> tuple[tuple[int, ...], bool]:
-    """Atlases of the same kind have the same textures."""
-    return tuple(one.size for one in maps), with_sheets(maps)
 
 
 def _atlas_bytes(maps: Sequence[ShadowMap]) -> int:
@@ -317,5 +300,5 @@ def _atlas_bytes(maps: Sequence[ShadowMap]) -> int:
     tops = sum(one.bounds_width for one in maps) * max(sizes) // CELL
     planes = (sum(sizes) // CELL) * (max(sizes) // CELL)
     slabs = sum(sizes) * max(sizes) if len(sizes) > 1 else 0
-    slopes = 2 * sum(sizes) * max(sizes) if with_sheets(maps) else 0
-    return 4 * sum(sizes) * 3 * max(sizes) + 8 * (tops + slopes) + 16 * (planes + slabs)
+    # Three layers of depths, and slopes as high as two of them.
+    return 4 * sum(sizes) * 5 * max(sizes) + 8 * tops + 16 * (planes + slabs)

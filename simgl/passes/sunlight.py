@@ -32,7 +32,6 @@ from simgl.passes.shared_blocks import (
     spacecraft_values,
     tile_values,
 )
-from simgl.passes.shadow import with_sheets
 from simgl.view.raster_tiles import RasterTile
 from simgl.view.spacecraft_view import SpacecraftView
 
@@ -71,13 +70,12 @@ class SunlightPass:
         searched = listed | PAGE_ENTRIES
         # By the way in which it is drawn.
         self._samplers = {
-            (): grouped | depths | tops,
+            (): grouped | depths | tops | slopes,
             ("PLANES",): _GBUFFER_UNITS | tops | planes,
-            ("SEARCH",): searched | depths | behind,
-            ("SEARCH", "SLABS"): searched | slabs,
-            ("NEIGHBOURS",): listed | depths,
+            ("SEARCH",): searched | depths | behind | slopes,
+            ("SEARCH", "SLABS"): searched | slabs | slopes,
+            ("NEIGHBOURS",): listed | depths | slopes,
         }
-        self._slopes = slopes
         # By that, by how a spacecraft moves, and by whether open sheets shade it.
         self._screens: dict[tuple[str, ...], Screen] = {}
         for way in (), ("SEARCH",):
@@ -95,16 +93,13 @@ class SunlightPass:
     def _screen_for(self, way: tuple[str, ...], variant: tuple[str, ...]) -> Screen:
         defines = *way, *variant
         if defines not in self._screens:
-            samplers = self._samplers[way]
-            if "SHEETS" in variant and "PLANES" not in way:
-                samplers = samplers | self._slopes
             blocks = [TILE, SPACECRAFT, SHADOW]
             self._screens[defines] = point_shader(
                 self._ctx,
                 "surface/sunlight",
                 OTHERS,
                 blocks,
-                samplers,
+                self._samplers[way],
                 dict.fromkeys(defines, 1),
             )
         return self._screens[defines]
@@ -192,4 +187,5 @@ class SunlightPass:
 
 def _variant(view: SpacecraftView) -> tuple[str, ...]:
     motion = () if view.motion is None else view.motion.variant
-    return (*motion, "SHEETS") if with_sheets(view.shadow.maps) else motion
+    casters = view.shadow.maps[0].casters
+    return (*motion, "SHEETS") if any(c.model.open_sheets for c in casters) else motion
