@@ -26,7 +26,7 @@ uniform sampler2D sun_slabs;
 #else
 uniform sampler2D sun_depths;
 #endif
-#ifndef PLANES
+#if !defined(PLANES) && (!defined(SEARCH) || defined(SHEETS))
 uniform sampler2D sun_slopes;
 #endif
 #ifdef LISTED
@@ -155,10 +155,13 @@ void main() {
 #define sun_depths sun_slabs
 #define sun_behind sun_slabs
 #endif
+    float past = 1.0;
+#ifdef SHEETS
     samples.group = past_planes(sun_depths, sun_slopes, atlas.map, samples, atlas.reach);
-    float past = 1.0 / float(samples.count);
+    past = 1.0 / float(samples.count);
     samples.count = int(samples_of(samples.group));
     past *= float(samples.count);
+#endif
     lit_fraction = vec4(0.0);
     if (past > 0.0)
         lit_fraction = past * disc_past(sun_depths, sun_behind, atlas.map, samples, highest, atlas.reach,

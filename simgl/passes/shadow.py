@@ -80,8 +80,8 @@ class ShadowPass:
         )
 
     def cast(self, views: Sequence[ShadowView]) -> list[tuple[moderngl.Texture, ...]]:
-        """Depths, behind, tops, planes, slabs and slopes of each view's maps, the close one right of
-        the wide one.
+        """Depths, behind, tops, planes, slabs and slopes of each view's maps, the close one right
+        of the wide one.
 
         depths : nearest surface that faces the Sun, 0..1, and below it nearest that faces away
         behind : nearest that faces the Sun behind the one that faces away

@@ -72,10 +72,11 @@ class SunlightPass:
         self._samplers = {
             (): grouped | depths | tops | slopes,
             ("PLANES",): _GBUFFER_UNITS | tops | planes,
-            ("SEARCH",): searched | depths | behind | slopes,
-            ("SEARCH", "SLABS"): searched | slabs | slopes,
+            ("SEARCH",): searched | depths | behind,
+            ("SEARCH", "SLABS"): searched | slabs,
             ("NEIGHBOURS",): listed | depths | slopes,
         }
+        self._slopes = slopes
         # By that, by how a spacecraft moves, and by whether open sheets shade it.
         self._screens: dict[tuple[str, ...], Screen] = {}
         for way in (), ("SEARCH",):
@@ -94,12 +95,15 @@ class SunlightPass:
         defines = *way, *variant
         if defines not in self._screens:
             blocks = [TILE, SPACECRAFT, SHADOW]
+            samplers = self._samplers[way]
+            if "SEARCH" in way and "SHEETS" in variant:
+                samplers = samplers | self._slopes
             self._screens[defines] = point_shader(
                 self._ctx,
                 "surface/sunlight",
                 OTHERS,
                 blocks,
-                self._samplers[way],
+                samplers,
                 dict.fromkeys(defines, 1),
             )
         return self._screens[defines]
