@@ -133,10 +133,9 @@ void main() {
     vec3 plane = dot(facet, wi) > 0.0 ? mat3(light_from_camera) * facet : plain_n;
     // Where the surface faces away no light is asked for.
     bool away = dot(n, wi) <= 0.0;
-    vec3 seen = mat3(light_from_camera) * normalize(-place) * vec3(1.0, 1.0, atlas.map.texel);
+    vec3 to_viewer = mat3(light_from_camera) * normalize(-place);
     // All samples of a group see one plane.
-    Receiver of_group = receiver_at(atlas.map, here, plane, plain_n);
-    of_group.seen = 0.05 * seen;
+    Receiver of_group = receiver_at(atlas.map, here, plane, plain_n, to_viewer);
 #ifndef PLANES
     uint group = group_of(at);
 #endif
@@ -157,6 +156,7 @@ void main() {
 #endif
     float past = 1.0;
 #ifdef SHEETS
+    // Samples in the crease of sheets are dark; the others are searched.
     samples.group = past_planes(sun_depths, sun_slopes, atlas.map, samples, atlas.reach);
     past = 1.0 / float(samples.count);
     samples.count = int(samples_of(samples.group));
