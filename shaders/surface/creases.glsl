@@ -12,7 +12,7 @@ struct Planes {
     mat4x2 slopes;   // height per texel [m]
     mat4x2 away;     // of the texels from the receiver's place [texels]
     bvec4 shading;   // a surface that passes over the receiver
-    bvec4 own;       // the receiver's own surface
+    bvec4 same_surface;   // the receiver's own surface
 };
 
 // first : of the texels
@@ -32,11 +32,11 @@ Planes planes_at(sampler2D depths, sampler2D slopes, SunMap map, Receiver r, ive
         float slack = 2.0 * r.slack + r.tilt * (abs(away.x) + abs(away.y));
         // Facets that turn by less than half a degree are one surface.
         bool bent = bend > 5.0 * r.tilt + 1e-6 * map.depth;
-        float least = r.flat_facet && bent ? r.exact : r.lift + slack;
-        bool shading = rise > least && over > 0.0 && over < highest;
+        float min_rise = r.flat_facet && bent ? r.exact : r.lift + slack;
+        bool shading = rise > min_rise && over > 0.0 && over < highest;
         // On a solid may stand a low step, whose top ends anywhere between two texels' middles.
         planes.shading[k] = shading && (!SOLID || rise < 2.0 * bend);
-        planes.own[k] = rise <= (bent ? r.exact : r.lift + slack) && rise >= -slack - 1.5 / LIFT * r.lift;
+        planes.same_surface[k] = rise <= (bent ? r.exact : r.lift + slack) && rise >= -slack - 1.5 / LIFT * r.lift;
         planes.rise[k] = rise;
         planes.slopes[k] = slope;
         planes.away[k] = away;

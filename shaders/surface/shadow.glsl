@@ -174,7 +174,7 @@ vec2 edge_of(vec4 dark, vec2 weight) {
 
 // Lit share of four texels that weigh so much along rows and columns, of those that tell of the receiver.
 float lit_of_planes(Planes planes, Receiver r, vec2 weight) {
-    vec4 lit = vec4(planes.own) * this_side(planes, r);
+    vec4 lit = vec4(planes.same_surface) * this_side(planes, r);
     float all = mean_of(max(lit, vec4(planes.shading)), weight);
     return all > 0.0 ? mean_of(lit, weight) / all : 1.0;
 }
