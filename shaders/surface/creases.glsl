@@ -33,9 +33,7 @@ Planes planes_at(sampler2D depths, sampler2D slopes, SunMap map, Receiver r, ive
         // Facets that turn by less than half a degree are one surface.
         bool bent = bend > 5.0 * r.tilt + 1e-6 * map.depth;
         float min_rise = r.flat_facet && bent ? r.exact : r.lift + slack;
-        bool shading = rise > min_rise && over > 0.0 && over < highest;
-        // On a solid may stand a low step, whose top ends anywhere between two texels' middles.
-        planes.shading[k] = shading && (!SOLID || rise < 2.0 * bend);
+        planes.shading[k] = rise > min_rise && over > 0.0 && over < highest;
         planes.same_surface[k] = rise <= (bent ? r.exact : r.lift + slack) && rise >= -slack - 1.5 / LIFT * r.lift;
         planes.rise[k] = rise;
         planes.slopes[k] = slope;

@@ -191,7 +191,7 @@ float lit_past_planes(sampler2D depths, sampler2D slopes, SunMap map, Receiver r
 }
 
 // Lit share of the four texels nearest to an offset [texels] from a receiver, past solids.
-float lit_by_neighbours(sampler2D depths, sampler2D slopes, SunMap map, Receiver r, vec2 offset) {
+float lit_by_neighbours(sampler2D depths, SunMap map, Receiver r, vec2 offset) {
     ivec2 first = nearest_texels(map, r, offset);
     vec4 plane;
     bvec4 casting;
@@ -200,11 +200,6 @@ float lit_by_neighbours(sampler2D depths, sampler2D slopes, SunMap map, Receiver
     vec4 lit = 1.0 - dark;
     vec2 weight = clamp(r.here.xy + offset - vec2(first) - 0.5, 0.0, 1.0);
     float share = mean_of(lit, weight), shaded = mean_of(dark, weight);
-    // A texel over the triangle itself shows another surface, perhaps across a crease.
-    if (share > 0.0 && any(greaterThan(high - plane, vec4(r.exact - r.lift - r.slack)))) {
-        Planes planes = planes_at(depths, slopes, map, r, first, 1e9);
-        if (any(planes.shading)) return lit_of_planes(planes, r, weight);
-    }
     if (shaded > 0.0 && share > 0.0) {
         vec2 edge = edge_of(dark, weight);
         float rise = mean_of(dark * (high - plane), weight) / shaded;

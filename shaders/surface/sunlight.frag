@@ -26,7 +26,7 @@ uniform sampler2D sun_slabs;
 #else
 uniform sampler2D sun_depths;
 #endif
-#if !defined(PLANES) && (!defined(SEARCH) || defined(SHEETS))
+#if defined(SHEETS) && !defined(PLANES)
 uniform sampler2D sun_slopes;
 #endif
 #ifdef LISTED
@@ -86,8 +86,11 @@ float lit_near(SunMap map, Receiver of_group, mat2x3 steps, uint group, float hi
     do {
         Receiver receiver = of_group;
         receiver.here += steps * (vec2(next_texel(left)) + 0.5 - middle);
-        lit += SOLID ? lit_by_neighbours(sun_depths, sun_slopes, map, receiver, offset)
-                     : lit_past_planes(sun_depths, sun_slopes, map, receiver, offset, 1e9);
+#ifdef SHEETS
+        lit += lit_past_planes(sun_depths, sun_slopes, map, receiver, offset, 1e9);
+#else
+        lit += lit_by_neighbours(sun_depths, map, receiver, offset);
+#endif
     } while (left != 0u);
     return lit / float(samples_of(group));
 }

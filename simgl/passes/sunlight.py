@@ -70,11 +70,11 @@ class SunlightPass:
         searched = listed | PAGE_ENTRIES
         # By the way in which it is drawn.
         self._samplers = {
-            (): grouped | depths | tops | slopes,
+            (): grouped | depths | tops,
             ("PLANES",): _GBUFFER_UNITS | tops | planes,
             ("SEARCH",): searched | depths | behind,
             ("SEARCH", "SLABS"): searched | slabs,
-            ("NEIGHBOURS",): listed | depths | slopes,
+            ("NEIGHBOURS",): listed | depths,
         }
         self._slopes = slopes
         # By that, by how a spacecraft moves, and by whether open sheets shade it.
@@ -96,7 +96,7 @@ class SunlightPass:
         if defines not in self._screens:
             blocks = [TILE, SPACECRAFT, SHADOW]
             samplers = self._samplers[way]
-            if "SEARCH" in way and "SHEETS" in variant:
+            if "SHEETS" in variant and "PLANES" not in way:
                 samplers = samplers | self._slopes
             self._screens[defines] = point_shader(
                 self._ctx,
