@@ -89,7 +89,7 @@ class ShadowPass:
         planes : over the casters around each place, see ``shadow/planes.frag``
         slabs : the depths and behind together, see ``shadow/slabs.frag``; both undefined without a
             close map
-        slopes : of the nearest surface, as deep as wide is 1; undefined where there is none
+        slopes : of the nearest surface, as deep as wide is 1; undefined without sheets
 
         Only the depths are drawn, the others by ``complete``: a renderer on the CPU waits where a
         draw reads a texture that is still being drawn. Until then it works on these, and the caller
@@ -151,10 +151,14 @@ class ShadowPass:
     def _draw_towards_sun(self, maps: Sequence[ShadowMap], atlas: _ShadowAtlas) -> None:
         self._caster.bind()
         self._clear(atlas.depths)
+        target, states, program = atlas.depths, (self.towards_sun, self.open_sheets), self._program
+        # Only light past sheets is judged by slopes.
+        if any(caster.both_sides for one in maps for caster in one.casters):
+            target, program = atlas.nearest, self._nearest
+            states = self.nearest_solids, self.nearest_sheets
         column = 0
         for one in maps:
-            states = self.nearest_solids, self.nearest_sheets
-            self._layer(one, atlas.nearest, (column, 0), states, self._nearest)
+            self._layer(one, target, (column, 0), states, program)
             column += one.size
 
     def _draw_from_sun(self, maps: Sequence[ShadowMap], atlas: _ShadowAtlas) -> None:
