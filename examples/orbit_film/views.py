@@ -76,9 +76,8 @@ def orbit_under_sun(beta_deg: float, inclination_deg: float) -> dict[str, float]
     # sin beta is the Sun's part along the plane's normal (sin i sin node, -sin i cos node, cos i).
     sine = (np.sin(beta) - z * np.cos(i)) / (np.sin(i) * np.hypot(x, y))
     if abs(sine) > 1.0:
-        raise ConfigError(
-            f"no orbit inclined by {inclination_deg} deg has the Sun {beta_deg} deg off"
-        )
+        reason = f"is not reached by an orbit inclined by {inclination_deg} deg, got {beta_deg}"
+        raise ConfigError("orbit_film", "--beta", reason)
     node = np.arctan2(y, x) + np.arcsin(sine)
     to_node = np.array([np.cos(node), np.sin(node), 0.0])
     ahead = np.array([-np.sin(node) * np.cos(i), np.cos(node) * np.cos(i), np.sin(i)])

@@ -79,10 +79,10 @@ float cloud_shape(vec4 at_codes, float code) {
     return at_codes.x + dot(rise, clamp(3.0 * code - vec3(0.0, 1.0, 2.0), 0.0, 1.0));
 }
 
-// How far clouds stand above the layer [km], by share and code of the thickness: from a thickness of 13 on, and
-// 9 km at 60, the cores of storms.
+// How far clouds stand above the layer, by share and code of the thickness: from a thickness of 13 on, and 1 at
+// 60, the cores of storms.
 float tower_height(vec2 share_and_code) {
-    return 9.0 * share_and_code.x * smoothstep(0.55, 0.89, share_and_code.y);
+    return share_and_code.x * smoothstep(0.55, 0.89, share_and_code.y);
 }
 
 float cloud_thickness(float code) {

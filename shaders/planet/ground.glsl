@@ -109,7 +109,7 @@ Clouds clouds_at(Place here) {
     clouds.overhang = 0.2 / (0.2 + cosine_on_clouds(here)) * max(2.0 * weather.x - 1.0, 0.0);
     // Over the way to there the Sun's light falls by the layer's height, and what rises by that has twice
     // the light of level ground; what falls by it has none. Decks and cumulus have no towers.
-    float rise = tower_height(weather.xy) - tower_height(shading.xy);
+    float rise = tower_km * (tower_height(weather.xy) - tower_height(shading.xy));
     clouds.sides = shares.w * clamp(rise / max(cloud_km, 1.0), -0.8, 0.8);
     clouds.reflected = cloud_reflectance(thickness, cosine_on_clouds(here));
     clouds.around = clouds_below * weather.x * clouds.reflected;

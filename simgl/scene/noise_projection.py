@@ -181,7 +181,8 @@ def _cumulus(rng: np.random.Generator) -> Array32:
     # Heads of many sizes, a part of them round between creases: folded alone they would be grains
     # of one size.
     fine = np.where((k < _CUMULUS) | (k > SIZE / 5.0), 0.0, k**_CUMULUS_SLOPE)
-    heads = _coloured(rng, fine) + 0.8 * np.abs(_coloured(rng, fine))
+    plain, folded = _coloured(rng, fine), np.abs(_coloured(rng, fine))
+    heads = (plain + 0.8 * folded).astype(np.float32)
     return _standard(heads) + 0.4 * streets + 0.6 * swarms
 
 
@@ -194,8 +195,8 @@ def _eddies(rng: np.random.Generator) -> Array32:
     carried = _coloured(rng, np.where(k < _CARRIED, 0.0, k**_CARRIED_SLOPE))[::2, ::2]
     # Every second texel is enough.
     waves = np.fft.rfft2(stream)
-    flow = [np.fft.irfft2(1j * axis * waves)[::2, ::2] for axis in (x, -y)]
-    flow = [(part / np.std(flow)).astype(np.float32) for part in flow]
+    speeds = [np.fft.irfft2(1j * axis * waves)[::2, ::2] for axis in (x, -y)]
+    flow = [(speed / np.std(speeds)).astype(np.float32) for speed in speeds]
     # Where the water came from.
     places = np.mgrid[: SIZE // 2, : SIZE // 2].astype(np.float32)
     for _ in range(_STEPS):
