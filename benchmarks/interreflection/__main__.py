@@ -25,7 +25,7 @@ from simgl.passes.interreflection import InterreflectionPass
 from simgl.radiosity.hemisphere import CELLS_ACROSS
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.precomputed_response import PrecomputedResponse
-from simgl.radiosity.solver import lit_normals, radiosity, reflectors, vertex_irradiance
+from simgl.radiosity.solver import radiosity, reflectors, sun_cosines, vertex_irradiance
 from simgl.radiosity.sunlit_patches import SunlitPatches
 from simgl.radiosity.transport_store import TransportStore
 from simgl.scenario.loader import load_scenario
@@ -117,9 +117,7 @@ def agreement(spacecraft: SpacecraftView, transport: LightTransport, count: int)
         brightest = max(brightest, float(expected.max()))
         squares.append(np.mean(difference.astype(np.float64) ** 2))
         values.append(np.mean(expected.astype(np.float64) ** 2))
-        halves = [lit_normals(transport, direction, half) for half in (0, 1)]
-        mean = 0.5 * (halves[0] + halves[1]) @ direction.astype(np.float32)
-        unsampled = at_once(np.maximum(mean, 0.0))
+        unsampled = at_once(sun_cosines(transport, direction))
         traced.append(np.sqrt(np.mean((expected - unsampled) ** 2) / np.mean(unsampled**2)))
     return {
         "directions": count,

@@ -1,8 +1,14 @@
 #ifdef CUT_OUT
 #include "surface/cut_out.glsl"
 #endif
-#ifdef BEHIND
+#ifdef SLOPES
+// Change of depth from one column and one row to the next, in edges of texels.
+out vec2 slopes;
+#endif
+#if defined(BEHIND) || defined(SLOPES)
 #include "block/caster"
+#endif
+#ifdef BEHIND
 
 uniform sampler2D before;   // another map; its lower half: where the light leaves the casters
 
@@ -17,6 +23,9 @@ void skip_before() {
 #endif
 
 void main() {
+#ifdef SLOPES
+    slopes = caster_map_depth * vec2(dFdx(gl_FragCoord.z), dFdy(gl_FragCoord.z));
+#endif
 #ifdef CUT_OUT
     cut_out();
 #endif

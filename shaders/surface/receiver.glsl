@@ -28,10 +28,17 @@ struct Receiver {
     float lift;    // and the triangle itself so far below that surface [m]
     float step;    // a step on it lower than this is low to the disc [m]
     float exact;   // so far from its plane a map may show the triangle [m]
+    vec3 foot;     // from `here` to its place on the triangle
+    vec3 seen;     // and on from there a little towards the viewer
+    bool flat_facet;   // the triangle is the surface, and not a facet of a smooth one
 };
 
 // A receiver stands so far over its triangle [texels].
 const float LIFT = 0.25;
+
+// So far towards the viewer lies what is certainly on the viewer's side of all that meets the receiver's
+// surface there [texels]: rounding moves a place by less.
+const float SEEN = 0.05;
 
 // Height of a step, texels over the receiver's surface: up to the one it counts as low, from the other
 // on not.
@@ -42,18 +49,26 @@ float texel_height(Receiver r) { return r.lift / LIFT; }
 
 // A receiver in a surface.
 //
-// here : column, row [texels] and height [m]; n : unit normal of the surface, in the light's axes
+// place : column, row [texels] and height [m] on the triangle
+// n, smooth_n, to_viewer : unit vectors in the light's axes: normal of the receiver's plane, of the
+// smooth surface there, and the way to the camera
 //
 // A map's texel tells of its middle. There a surface along the light has risen by many texels, past
 // what stands over it, which then would seem to lie in it. So the receiver of a steep one is moved
 // out of it: as far as its own texel's middle can lie towards it, and where it rises past all that may
 // stand near, as far as the middles can that smooth an edge.
-Receiver receiver_at(SunMap map, vec3 here, vec3 n) {
+Receiver receiver_at(SunMap map, vec3 place, vec3 n, vec3 smooth_n, vec3 to_viewer) {
     vec2 gradient = -n.xy / max(n.z, 1e-9);
     float grade = length(gradient);
     Receiver r;
     float offset_texels = 0.75 * (smoothstep(8.0, 24.0, grade) + smoothstep(60.0, 180.0, grade));
-    r.here = here - vec3(offset_texels * gradient / max(grade, 1e-9), 0.0);
+    // The smooth surface that the normals stand for lies above its facets by the sagitta of an edge;
+    // a quarter of a texel lifts the receiver there.
+    vec3 texels = vec3(1.0, 1.0, map.texel);
+    r.foot = vec3(offset_texels * gradient / max(grade, 1e-9), 0.0) - LIFT * smooth_n * texels;
+    r.here = place - r.foot;
+    r.seen = SEEN * to_viewer * texels;
+    r.flat_facet = dot(n, smooth_n) > 1.0 - 1e-6;
     r.slope = gradient * map.texel;
     r.drop = offset_texels * grade * map.texel;
     // Rounding: 24-bit depth and float32 vertices are good to a few 1e-7 of the map's depth. Facets that

@@ -11,6 +11,7 @@
 // Sun lean against it.
 
 #include "surface/caster_bounds.glsl"
+#include "surface/creases.glsl"
 #include "surface/slabs.glsl"
 
 // Besides the directions that stand for the disc, so many near its middle look for casters.
@@ -171,8 +172,25 @@ vec2 edge_of(vec4 dark, vec2 weight) {
                 mix(dark.z - dark.x, dark.w - dark.y, weight.x));
 }
 
-// Lit share of the four texels nearest to an offset [texels] from a receiver; past sheets, of those
-// that do not lie beyond its surface.
+// Lit share of four texels that weigh so much along rows and columns, of those that tell of the receiver.
+float lit_of_planes(Planes planes, Receiver r, vec2 weight) {
+    vec4 lit = vec4(planes.same_surface) * this_side(planes, r);
+    float all = mean_of(max(lit, vec4(planes.shading)), weight);
+    return all > 0.0 ? mean_of(lit, weight) / all : 1.0;
+}
+
+// Lit share of the four texels nearest to an offset [texels] from a receiver, by their planes.
+//
+// highest : no plane higher over the receiver shades it [m]
+float lit_past_planes(sampler2D depths, sampler2D slopes, SunMap map, Receiver r, vec2 offset,
+                      float highest) {
+    vec2 place = r.here.xy + r.foot.xy + offset;
+    ivec2 first = clamp(ivec2(floor(place - 0.5)), ivec2(0), ivec2(map.size - 2));
+    Planes planes = planes_at(depths, slopes, map, r, first, highest);
+    return lit_of_planes(planes, r, clamp(place - vec2(first) - 0.5, 0.0, 1.0));
+}
+
+// Lit share of the four texels nearest to an offset [texels] from a receiver, past solids.
 float lit_by_neighbours(sampler2D depths, SunMap map, Receiver r, vec2 offset) {
     ivec2 first = nearest_texels(map, r, offset);
     vec4 plane;
@@ -181,16 +199,6 @@ float lit_by_neighbours(sampler2D depths, SunMap map, Receiver r, vec2 offset) {
     vec4 dark = vec4(casting);
     vec4 lit = 1.0 - dark;
     vec2 weight = clamp(r.here.xy + offset - vec2(first) - 0.5, 0.0, 1.0);
-    if (!SOLID) {
-        vec2 corner = vec2(first) + 0.5 - r.here.xy;
-        vec4 known = vec4(1.0);
-        for (int k = 0; k < 4; ++k) {
-            bool beyond = beyond_receiver(r, high[k], plane[k], corner + vec2(k & 1, k >> 1));
-            if (beyond && !casting[k]) known[k] = 0.0;
-        }
-        float all = mean_of(known, weight);
-        return all > 0.0 ? mean_of(lit * known, weight) / all : 1.0;
-    }
     float share = mean_of(lit, weight), shaded = mean_of(dark, weight);
     if (shaded > 0.0 && share > 0.0) {
         vec2 edge = edge_of(dark, weight);
@@ -250,6 +258,20 @@ Receiver next_receiver(Samples samples, inout uint left) {
     Receiver r = samples.of_group;
     r.here += samples.steps * (vec2(next_texel(left)) + 0.5 - samples.middle);
     return r;
+}
+
+// Those of a group's samples that no plane shades to which the Sun is a point.
+//
+// reach : texels per metre of height to the disc's edge
+uint past_planes(sampler2D depths, sampler2D slopes, SunMap map, Samples samples, float reach) {
+    uint left = samples.group, past = 0u;
+    do {
+        uint bit = lowest_of(left);
+        Receiver r = next_receiver(samples, left);
+        bool lit = lit_past_planes(depths, slopes, map, r, vec2(0.0), 0.5 / reach) > 0.5;
+        past |= lit ? bit : 0u;
+    } while (left != 0u);
+    return past;
 }
 
 // Mean over the samples of a group of the light that low steps leave.

@@ -26,6 +26,9 @@ uniform sampler2D sun_slabs;
 #else
 uniform sampler2D sun_depths;
 #endif
+#if defined(SHEETS) && !defined(PLANES)
+uniform sampler2D sun_slopes;
+#endif
 #ifdef LISTED
 // Columns of the points, and from bit 16 on rows; behind the last all bits are set.
 uniform usampler2D searched_points;
@@ -86,7 +89,11 @@ float lit_near(SunMap map, Receiver of_group, mat2x3 steps, uint group, float hi
     do {
         Receiver receiver = of_group;
         receiver.here += steps * (vec2(next_texel(left)) + 0.5 - middle);
+#ifdef SHEETS
+        lit += lit_past_planes(sun_depths, sun_slopes, map, receiver, offset, 1e9);
+#else
         lit += lit_by_neighbours(sun_depths, map, receiver, offset);
+#endif
     } while (left != 0u);
     return lit / float(samples_of(group));
 }
@@ -127,18 +134,17 @@ void main() {
     Atlas atlas = atlas_of(close);
     vec3 here = (atlas.from_body * vec4(body, 1.0)).xyz;
     mat2x3 steps = mat2x3(mat3(atlas.from_body) * body_steps[0], mat3(atlas.from_body) * body_steps[1]);
-    // The smooth surface that the normals stand for lies above its facets by the sagitta of an edge;
-    // a quarter of a texel lifts the receiver there. Facets that already face away use its plane, and
-    // those that the light grazes where it is less steep: along them no texel tells what casts.
+    // Facets that already face away use the plane of the smooth surface, and those that the light
+    // grazes where it is less steep: along them no texel tells what casts.
     vec3 plain_n = mat3(light_from_camera) * n;
     float grazing = dot(facet, wi);
     bool steep = grazing <= 0.0 || grazing < min(dot(n, wi) - 1e-3, GRAZED);
     vec3 plane = steep ? plain_n : mat3(light_from_camera) * facet;
-    here += LIFT * plain_n * vec3(1.0, 1.0, atlas.map.texel);
     // Where the surface faces away no light is asked for.
     bool away = dot(n, wi) <= 0.0;
+    vec3 to_viewer = mat3(light_from_camera) * normalize(-place);
     // All samples of a group see one plane.
-    Receiver of_group = receiver_at(atlas.map, here, plane);
+    Receiver of_group = receiver_at(atlas.map, here, plane, plain_n, to_viewer);
 #ifndef PLANES
     uint group = group_of(at);
 #endif
@@ -154,12 +160,21 @@ void main() {
     Samples samples = Samples(of_group, steps, point_of(group), group, int(samples_of(group)));
     vec2 turn = evenly_spread(vec2(cell_of_point(at)));
 #ifdef SLABS
-    lit_fraction = disc_past(sun_slabs, sun_slabs, atlas.map, samples, highest, atlas.reach, sun_limb_u,
-                             sun_limb_v, turn);
-#else
-    lit_fraction = disc_past(sun_depths, sun_behind, atlas.map, samples, highest, atlas.reach, sun_limb_u,
-                             sun_limb_v, turn);
+#define sun_depths sun_slabs
+#define sun_behind sun_slabs
 #endif
+    float past = 1.0;
+#ifdef SHEETS
+    // Samples in the crease of sheets are dark; the others are searched.
+    samples.group = past_planes(sun_depths, sun_slopes, atlas.map, samples, atlas.reach);
+    past = 1.0 / float(samples.count);
+    samples.count = int(samples_of(samples.group));
+    past *= float(samples.count);
+#endif
+    lit_fraction = vec4(0.0);
+    if (past > 0.0)
+        lit_fraction = past * disc_past(sun_depths, sun_behind, atlas.map, samples, highest, atlas.reach,
+                                        sun_limb_u, sun_limb_v, turn);
 #elif defined(NEIGHBOURS)
     lit_fraction = vec4(lit_near(atlas.map, of_group, steps, group, highest));
 #else

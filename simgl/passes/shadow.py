@@ -36,8 +36,9 @@ _CASTER = Block(
         [
             ("caster_clip_from_body", "f4", (4, 4)),
             ("caster_map_size", "f4"),
-            ("caster_padding", "f4"),
-            ("caster_padding_2", "f4", 2),
+            # Its depth in edges of texels.
+            ("caster_map_depth", "f4"),
+            ("caster_padding", "f4", 2),
         ]
     ),
 )
@@ -52,6 +53,9 @@ class ShadowPass:
     from_sun = State(depth=True, depth_clamp=True, write_color=False, cull="front")
     # Both sides of open sheets meet the light, and leave it.
     open_sheets = State(depth=True, depth_clamp=True, write_color=False)
+    # With their slopes.
+    nearest_solids = State(depth=True, depth_clamp=True, cull="back")
+    nearest_sheets = State(depth=True, depth_clamp=True)
     # A sheet is as thick as its depth changes over a texel, so that light which leans against the
     # map finds no gaps between its texels.
     under_sheets = State(depth=True, depth_clamp=True, depth_slopes=1.0, write_color=False)
@@ -59,6 +63,9 @@ class ShadowPass:
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
         self._ctx = ctx
+        self._nearest = OutlineProgram(
+            ctx, meshes, "shadow/shadow", [_CASTER], defines={"SLOPES": 1}
+        )
         self._program = OutlineProgram(ctx, meshes, "shadow/shadow", [_CASTER])
         self._behind = OutlineProgram(
             ctx, meshes, "shadow/shadow", [_CASTER], {"before": 0}, {"BEHIND": 1}
@@ -74,8 +81,8 @@ class ShadowPass:
         self._casts = 0
 
     def cast(self, views: Sequence[ShadowView]) -> list[tuple[moderngl.Texture, ...]]:
-        """Depths, behind, tops, planes and slabs of each view's maps, the close one right of the
-        wide one.
+        """Depths, behind, tops, planes, slabs and slopes of each view's maps, the close one right
+        of the wide one.
 
         depths : nearest surface that faces the Sun, 0..1, and below it nearest that faces away
         behind : nearest that faces the Sun behind the one that faces away
@@ -83,6 +90,7 @@ class ShadowPass:
         planes : over the casters around each place, see ``shadow/planes.frag``
         slabs : the depths and behind together, see ``shadow/slabs.frag``; both undefined without a
             close map
+        slopes : of the nearest surface, as deep as wide is 1; undefined without sheets
 
         Only the depths are drawn, the others by ``complete``: a renderer on the CPU waits where a
         draw reads a texture that is still being drawn. Until then it works on these, and the caller
@@ -163,10 +171,14 @@ class ShadowPass:
     def _draw_towards_sun(self, maps: Sequence[ShadowMap], atlas: _ShadowAtlas) -> None:
         self._caster.bind()
         self._clear(atlas.depths)
+        target, states, program = atlas.depths, (self.towards_sun, self.open_sheets), self._program
+        # Only light past sheets is judged by slopes.
+        if any(caster.both_sides for one in maps for caster in one.casters):
+            target, program = atlas.nearest, self._nearest
+            states = self.nearest_solids, self.nearest_sheets
         column = 0
         for one in maps:
-            states = self.towards_sun, self.open_sheets
-            self._layer(one, atlas.depths, (column, 0), states, self._program)
+            self._layer(one, target, (column, 0), states, program)
             column += one.size
 
     def _draw_from_sun(self, maps: Sequence[ShadowMap], atlas: _ShadowAtlas) -> None:
@@ -233,7 +245,9 @@ class ShadowPass:
         for caster in one.casters:
             states[caster.both_sides].apply(self._ctx, target, area, area)
             clip = caster.clip_from_body
-            self._caster.write({"caster_clip_from_body": clip, "caster_map_size": one.size})
+            depth = one.depth / one.texel
+            sizes = {"caster_map_size": one.size, "caster_map_depth": depth}
+            self._caster.write({"caster_clip_from_body": clip} | sizes)
             program.draw(caster.model)
 
     def release(self) -> None:
@@ -244,6 +258,7 @@ class ShadowPass:
             self._bounds,
             self._planes,
             self._slabs,
+            self._nearest,
             self._program,
             self._behind,
         )
@@ -290,7 +305,10 @@ class _ShadowAtlas:
         texels = (sum(sizes) + _SPARE_SLABS, max(sizes)) if len(sizes) > 1 else (1, 1)
         slabs = ctx.texture(texels, 4, dtype="f4")
         self.slabs = ctx.framebuffer([slabs])
-        self.textures = (depths, behind, tops, planes, slabs)
+        # As high as the depths that it is drawn with; its lower half stays unused.
+        slopes = ctx.texture(depths.size, 2, dtype="f2")
+        self.nearest = ctx.framebuffer([slopes], depths)
+        self.textures = (depths, behind, tops, planes, slabs, slopes)
         for texture in self.textures:
             texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
 
@@ -301,7 +319,8 @@ class _ShadowAtlas:
 
     def release(self) -> None:
         """Free everything."""
-        for framebuffer in (self.depths, self.behind, self.tops, self.planes, self.slabs):
+        drawn = self.depths, self.nearest, self.behind, self.tops, self.planes, self.slabs
+        for framebuffer in drawn:
             framebuffer.release()
         for texture in self.textures:
             texture.release()
@@ -318,4 +337,5 @@ def _atlas_bytes(maps: Sequence[ShadowMap]) -> int:
     tops = sum(one.bounds_width for one in maps) * max(sizes) // CELL
     planes = (sum(sizes) // CELL) * (max(sizes) // CELL)
     slabs = sum(sizes) * max(sizes) if len(sizes) > 1 else 0
-    return 4 * sum(sizes) * 3 * max(sizes) + 8 * tops + 16 * (planes + slabs)
+    # Three layers of depths, and slopes as high as two of them.
+    return 4 * sum(sizes) * 5 * max(sizes) + 8 * tops + 16 * (planes + slabs)

@@ -43,6 +43,7 @@ _SHADOW_UNITS = {
     "sun_tops": 14,
     "sun_planes": 15,
     "sun_slabs": 10,
+    "sun_slopes": 23,
 }
 _POINTS_UNIT, _FIRST = 22, {"sunlight": 11}
 
@@ -61,7 +62,9 @@ class SunlightPass:
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        depths, behind, tops, planes, slabs = ({name: unit} for name, unit in _SHADOW_UNITS.items())
+        depths, behind, tops, planes, slabs, slopes = (
+            {name: unit} for name, unit in _SHADOW_UNITS.items()
+        )
         grouped = _GBUFFER_UNITS | POINT_GROUPS
         listed = grouped | _FIRST | {"searched_points": _POINTS_UNIT}
         searched = listed | PAGE_ENTRIES
@@ -73,6 +76,7 @@ class SunlightPass:
             ("SEARCH", "SLABS"): searched | slabs,
             ("NEIGHBOURS",): listed | depths,
         }
+        self._slopes = slopes
         # By that, by how a spacecraft moves, and by whether open sheets shade it.
         self._screens: dict[tuple[str, ...], Screen] = {}
         for way in (), ("SEARCH",):
@@ -91,12 +95,15 @@ class SunlightPass:
         defines = *way, *variant
         if defines not in self._screens:
             blocks = [TILE, SPACECRAFT, SHADOW]
+            samplers = self._samplers[way]
+            if "SHEETS" in variant and "PLANES" not in way:
+                samplers = samplers | self._slopes
             self._screens[defines] = point_shader(
                 self._ctx,
                 "surface/sunlight",
                 OTHERS,
                 blocks,
-                self._samplers[way],
+                samplers,
                 dict.fromkeys(defines, 1),
             )
         return self._screens[defines]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
@@ -22,12 +22,13 @@ from simgl.radiosity.gather_points import (
     nearest_open,
 )
 from simgl.radiosity.hemisphere import CELLS_ACROSS, cosine_directions, frames, sky_cell, spins
-from simgl.radiosity.light_grids import with_light_grids
+from simgl.radiosity.light_grids import light_grids
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.occlusion import moved_into_open
+from simgl.radiosity.patch_cells import cell_index, patch_cells
 from simgl.radiosity.patches import SAMPLES, Patches, cluster
 from simgl.radiosity.remesh import subdivided
-from simgl.radiosity.sun_gather import point_form_factors
+from simgl.radiosity.sun_gather import cells_seen
 from simgl.rays import RayTracer
 from simgl.scene.mesh import Mesh
 
@@ -42,8 +43,9 @@ class BakeSettings:
     sun_rays : and for the light of the Sun, which is gathered once for many frames; where they are
         more, those before are among them
     added_triangles : about as many more, where surfaces are near to each other
-    grids : triangles with finer light (simgl/radiosity/light_grids.py), of nodes with
-        ``gather_rays`` each
+    cells : of each patch, for what is near it (simgl/radiosity/patch_cells.py)
+    grids : triangles with finer light (simgl/radiosity/light_grids.py)
+    grid_rays : of each node of those
     edge_share : edges shorter than this share of the body's radius stay
     """
 
@@ -52,7 +54,9 @@ class BakeSettings:
     gather_rays: int = 256
     sun_rays: int = 768
     added_triangles: int = 6_000
-    grids: int = 4_000
+    cells: int = 64
+    grids: int = 8_000
+    grid_rays: int = 128
     edge_share: float = 1.0 / 60.0
 
 
@@ -130,23 +134,34 @@ def traced(
         exposure = np.ones_like(exposure)
     patches = cluster(fine, sides, exposure, settings.patches)
     chosen = largest(fine, points, seen, settings)
-    by_sun, _ = point_form_factors(
+    index = cell_index(fine, patches.of_side, settings.cells)
+    by_sun, _ = cells_seen(
         fine,
         tracer,
         points,
         chosen,
         sides,
-        patches.of_side,
+        index,
         max(settings.sun_rays - settings.gather_rays, 0),
         False,
         lambda done: report(len(points.origins) + 2 * done, total),
     )
     factors, sky, point_open = patch_form_factors(fine, tracer, sides, patches, settings.patch_rays)
     report(total, total)
+    used, of_vertex = _points_of_vertices(fine, points, seen.buried)
     transport = _assembled(
-        fine, sides, points, seen, patches, (chosen, by_sun), (factors, sky, point_open), settings
+        fine,
+        sides,
+        (used, of_vertex),
+        seen,
+        patches,
+        (chosen, by_sun.of_patches(index)),
+        (factors, sky, point_open),
+        settings,
     )
-    return with_light_grids(transport, tracer, settings.grids, settings.gather_rays)
+    grids, at_nodes = light_grids(transport, tracer, index, settings.grids, settings.grid_rays)
+    cells = patch_cells(fine, index, by_sun.of_rows(used), at_nodes)
+    return replace(transport, cells=cells, grids=grids)
 
 
 def refined(mesh: Mesh, sides: int, settings: BakeSettings) -> Mesh:
@@ -271,10 +286,19 @@ def patch_form_factors(
     )
 
 
+def _points_of_vertices(
+    mesh: Mesh, points: GatherPoints, buried: Mask
+) -> tuple[IndexArray, IndexArray]:
+    """The gather points that give vertices light, and which of them (sides, v) each vertex has."""
+    instead = nearest_open(mesh, points, buried)
+    used, of_vertex = np.unique(instead[points.of_vertex], return_inverse=True)
+    return used, of_vertex.reshape(points.of_vertex.shape)
+
+
 def _assembled(
     mesh: Mesh,
     sides: int,
-    points: GatherPoints,
+    points: tuple[IndexArray, IndexArray],
     seen: GatherRays,
     patches: Patches,
     more: tuple[Mask, sparse.csr_matrix],
@@ -282,8 +306,7 @@ def _assembled(
     settings: BakeSettings,
 ) -> LightTransport:
     factors, sky, point_open = patch_rays
-    instead = nearest_open(mesh, points, seen.buried)
-    used, of_vertex = np.unique(instead[points.of_vertex], return_inverse=True)
+    used, of_vertex = points
     to_patch = counts(
         np.arange(len(patches.of_side)), patches.of_side, (len(patches.of_side), len(patches.areas))
     )
@@ -312,7 +335,7 @@ def _assembled(
         sky_part_seen=sky_part_seen,
         sky_rays=sparse.csr_matrix(seen.sky_rays[rows]),
         sky_rays_row=sky_rays_row.ravel(),
-        gather_point_of_vertex=of_vertex.reshape(points.of_vertex.shape),
+        gather_point_of_vertex=of_vertex,
     )
 
 
@@ -326,7 +349,7 @@ def _together(
 
 
 # Of all light that gather points may get, what most of them by number get together.
-_LITTLE = 0.08
+_LITTLE = 0.02
 
 
 def largest(mesh: Mesh, points: GatherPoints, seen: GatherRays, settings: BakeSettings) -> Mask:

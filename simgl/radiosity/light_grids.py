@@ -6,16 +6,16 @@ is gathered once for many frames is found so finely: the mesh that is drawn stay
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
+from scipy import sparse
 
 from simgl.arrays import Array, Array32, IndexArray, Mask
 from simgl.radiosity.gather_points import face_normals, gather_points_of, nearest_open
 from simgl.radiosity.light_transport import LightGrids, LightTransport
 from simgl.radiosity.occlusion import moved_into_open
-from simgl.radiosity.solver import lit_normals
-from simgl.radiosity.sun_gather import point_form_factors
+from simgl.radiosity.patch_cells import CellIndex, SeenCells
+from simgl.radiosity.solver import sun_cosines
+from simgl.radiosity.sun_gather import cells_seen
 from simgl.rays import RayTracer
 from simgl.scene.mesh import Mesh
 
@@ -46,10 +46,11 @@ _TRIED_EACH = 4
 _EQUAL = 1e-6
 
 
-def with_light_grids(
-    transport: LightTransport, tracer: RayTracer, count: int, rays: int
-) -> LightTransport:
-    """The transport with grids on up to so many triangles, those where most light is uneven.
+def light_grids(
+    transport: LightTransport, tracer: RayTracer, index: CellIndex, count: int, rays: int
+) -> tuple[LightGrids, SeenCells] | tuple[None, None]:
+    """Grids on up to so many triangles, those where most light is uneven, and the cells that their
+    gather points see; nothing where light is even.
 
     rays : of each gather point
     """
@@ -61,36 +62,45 @@ def with_light_grids(
     order = np.argsort(-worth, kind="stable")[:count]
     chosen = np.sort(order[(worth[order] > 0.0) & _affordable(transport, order)])
     if len(chosen) == 0:
-        return transport
+        return None, None
     fine = _cut(mesh, chosen)
     points = gather_points_of(fine, sides, mesh.radius)
     if sides == 1:
         points = moved_into_open(fine, tracer, points, mesh, _TRIED_EACH)
     every = np.ones(len(points.origins), dtype=np.bool_)
-    gather, buried = point_form_factors(
-        mesh, tracer, points, every, sides, transport.patch_of_side, rays, True, lambda _: None
-    )
+    seen, buried = cells_seen(mesh, tracer, points, every, sides, index, rays, True, lambda _: None)
     rows = nearest_open(fine, points, buried)[points.of_vertex]
     used, of_node = np.unique(rows, return_inverse=True)
     of_node = np.moveaxis(of_node.reshape(sides, len(chosen), NODES), 0, 2)
     of_node[~_continuous(mesh, chosen)] = -1
-    grids = LightGrids(triangles=chosen, gather=gather[used], point_of_node=of_node)
-    return replace(transport, grids=grids)
+    seen = seen.of_rows(used)
+    grids = LightGrids(triangles=chosen, gather=seen.of_patches(index), point_of_node=of_node)
+    return grids, seen
+
+
+def more_of_nodes(transport: LightTransport, grids: LightGrids) -> sparse.csr_matrix:
+    """(t * nodes * sides, s + g) of each node, triangle by triangle, node by node and side by side:
+    the light of its gather point less what is linear between the triangle's vertices.
+
+    Its columns are the gather points of vertices, then of grids.
+    """
+    held, count = grids.point_of_node >= 0, transport.sun_gather.shape[0]
+    corners = transport.mesh.triangles[grids.triangles].astype(np.int64)
+    of_corners = transport.gather_point_of_vertex[:, corners].transpose(1, 0, 2)[:, None]
+    columns = np.empty((*held.shape, 4), dtype=np.int64)
+    columns[..., :3], columns[..., 3] = of_corners, count + grids.point_of_node
+    weights = np.concatenate([STEPS / -CUTS, np.ones((NODES, 1))], axis=1)
+    values = np.broadcast_to(weights[:, None].astype(np.float32), columns.shape)
+    ends = np.concatenate([[0], 4 * np.cumsum(held)])
+    shape = held.size, count + grids.gather.shape[0]
+    return sparse.csr_matrix((values[held].ravel(), columns[held].ravel(), ends), shape=shape)
 
 
 def _unevenness(transport: LightTransport) -> Array:
     """(m,) how much reflected sunlight differs between the corners of triangles, relative to all
     light there; the mean over directions of the Sun, on the side where that is more."""
     suns, form_factors = _sphere(_SUNS), transport.form_factors
-    direct = np.stack(
-        [
-            np.maximum(
-                0.5 * (lit_normals(transport, sun, 0) + lit_normals(transport, sun, 1)) @ sun, 0.0
-            )
-            for sun in suns
-        ],
-        axis=1,
-    ).astype(np.float32)
+    direct = np.stack([sun_cosines(transport, sun) for sun in suns], axis=1)
     leaving: Array32 = _ALBEDO * direct
     for _ in range(_BOUNCES):
         leaving = _ALBEDO * (direct + form_factors @ leaving)

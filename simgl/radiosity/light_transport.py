@@ -18,6 +18,11 @@ from simgl.scene.mesh import Mesh
 _TRACER_BYTES = 190
 
 
+def matrix_nbytes(matrix: sparse.csr_matrix) -> int:
+    """Size of its arrays."""
+    return int(matrix.data.nbytes + matrix.indices.nbytes + matrix.indptr.nbytes)
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Between:
     """What the rigid groups of a body do to each other's light at the vertices.
@@ -56,6 +61,28 @@ class GatherMatrix:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class PatchCells:
+    """Cells of patches, as gather points near them see them (simgl/radiosity/patch_cells.py).
+
+    patch : (c,) of each cell
+    points, normals : (c, 3) a place on each, just above the surface [m], and the normal there
+    gather : (c, s + g) csr, share of the cosine-weighted hemisphere that a cell covers, of each
+        gather point of vertices and then of grids
+    """
+
+    patch: IndexArray
+    points: Array32
+    normals: Array32
+    gather: sparse.csr_matrix
+
+    @property
+    def nbytes(self) -> int:
+        """Size of its arrays."""
+        arrays = self.patch, self.points, self.normals
+        return sum(array.nbytes for array in arrays) + matrix_nbytes(self.gather)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class LightGrids:
     """Finer light on some triangles (simgl/radiosity/light_grids.py).
 
@@ -72,9 +99,7 @@ class LightGrids:
     @property
     def nbytes(self) -> int:
         """Size of its arrays."""
-        matrix = self.gather
-        arrays = self.triangles, self.point_of_node, matrix.data, matrix.indices, matrix.indptr
-        return sum(array.nbytes for array in arrays)
+        return self.triangles.nbytes + self.point_of_node.nbytes + matrix_nbytes(self.gather)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -96,6 +121,7 @@ class LightTransport:
         that do not, whichever fill fewer cells; ``sky_part_seen`` (s,) where it is the latter
     sky_rays : (b, 96) csr, all rays to each cell; ``sky_rays_row`` (s,) is a gather point's row
     gather_point_of_vertex : (sides, v) where each vertex of the mesh gets its light
+    cells : parts of patches as gather points near them see them; None where patches are even
     grids : finer light on some triangles; None where light is linear between the vertices
     """
 
@@ -116,6 +142,7 @@ class LightTransport:
     sky_rays: sparse.csr_matrix
     sky_rays_row: IndexArray
     gather_point_of_vertex: IndexArray
+    cells: PatchCells | None = None
     grids: LightGrids | None = None
 
     @property
@@ -136,9 +163,9 @@ class LightTransport:
             if isinstance(value, np.ndarray):
                 total += value.nbytes
             elif isinstance(value, sparse.csr_matrix):
-                total += value.data.nbytes + value.indices.nbytes + value.indptr.nbytes
-        if self.grids is not None:
-            total += self.grids.nbytes
+                total += matrix_nbytes(value)
+            elif isinstance(value, PatchCells | LightGrids):
+                total += value.nbytes
         # The rows for each vertex are about as long as those of the gather points.
         rows = self.gather_point_of_vertex.size / max(self.gather.shape[0], 1)
         return total + int(rows * 8 * (self.gather.nnz + self.sky_part.nnz))

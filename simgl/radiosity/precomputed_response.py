@@ -12,11 +12,12 @@ from dataclasses import dataclass
 from functools import cached_property, partial
 
 import numpy as np
+from scipy import sparse
 
 from simgl.arrays import Array, Array32
 from simgl.lru_cache import LruCache
-from simgl.radiosity.light_grids import CUTS, STEPS
-from simgl.radiosity.light_transport import LightTransport
+from simgl.radiosity.light_grids import more_of_nodes
+from simgl.radiosity.light_transport import LightTransport, PatchCells
 from simgl.radiosity.solver import Reflectors, radiosity
 from simgl.radiosity.sunlit_patches import CAPACITY, Node, SunlitPatches, grid_corners
 
@@ -128,15 +129,18 @@ class PrecomputedResponse:
         }
         missing = [node for node, _ in corners if node not in known]
         for node, solved in self._of_nodes(missing).items():
-            known[node] = self._gathered(solved)
-        mean = None
+            known[node] = self._gathered(node, solved)
+        # In long rows: numpy takes as long for four numbers as for hundreds.
+        mean = scratch = None
         for node, weight in corners:
             part = self._at_vertices.get(node, partial(known.__getitem__, node))
-            part = part * np.float32(weight)
-            mean = part if mean is None else np.add(mean, part, out=mean)
+            row = np.tile((weight * irradiance).astype(np.float32), _ROW)
+            if mean is None:
+                mean = part * row
+                scratch = np.empty_like(mean)
+            else:
+                mean += np.multiply(part, row, out=scratch)
         assert mean is not None
-        # In long rows: numpy takes as long for four numbers as for hundreds.
-        mean *= np.tile(irradiance.astype(np.float32), _ROW)
         light, count = mean.reshape(-1, 4), len(self._transport.vertex_rows)
         return GatheredSunlight(vertices=light[:count], nodes=light[_in_rows(count) :])
 
@@ -155,7 +159,8 @@ class PrecomputedResponse:
             self._under_way.pop(node)
 
     def _making(self, node: Node) -> _UnderWay:
-        parts = 3 if self._transport.grids is None else 5
+        transport = self._transport
+        parts = 3 + 2 * (transport.grids is not None) + (transport.cells is not None)
         return self._under_way.get(node, lambda: _UnderWay(parts=self._made(node), left=parts))
 
     def _made(self, node: Node) -> Iterator[None]:
@@ -164,14 +169,14 @@ class PrecomputedResponse:
         solved = self._of_nodes([node])[node]
         yield
         rows = self._empty_rows()
-        yield from self._gather(solved, rows)
+        yield from self._gather(node, solved, rows)
         self._at_vertices.put(node, rows.reshape(-1, 4 * _ROW))
 
-    def _gathered(self, solved: Array32) -> Array32:
+    def _gathered(self, node: Node, solved: Array32) -> Array32:
         """(k, 4 _ROW) at vertices, then from a row of its own on at nodes, of what leaves the
         patches (p, 4)."""
         rows = self._empty_rows()
-        for _ in self._gather(solved, rows):
+        for _ in self._gather(node, solved, rows):
             pass
         return rows.reshape(-1, 4 * _ROW)
 
@@ -182,24 +187,38 @@ class PrecomputedResponse:
         count = _in_rows(len(self._transport.vertex_rows)) + _in_rows(nodes)
         return np.zeros((count, 4), dtype=np.float32)
 
-    def _gather(self, solved: Array32, rows: Array32) -> Iterator[None]:
+    def _gather(self, node: Node, solved: Array32, rows: Array32) -> Iterator[None]:
         """Fill the rows with what vertices and nodes get where so much leaves the patches (p, 4),
         with a pause between the parts of the work."""
         transport, grids = self._transport, self._transport.grids
         at_points = transport.sun_gather @ solved
+        if grids is not None:
+            yield
+            at_points = np.concatenate([at_points, grids.gather @ solved])
+        if transport.cells is not None:
+            yield
+            at_points += self._more_of_cells(transport.cells, node)
+            # Fewer rays tell what of a patch is dark than how much of it is seen.
+            np.maximum(at_points, 0.0, out=at_points)
         count = len(transport.vertex_rows)
         np.take(at_points, transport.vertex_rows, axis=0, out=rows[:count])
-        if grids is None:
-            return
-        yield
-        at_nodes = grids.gather @ solved
-        yield
-        corners = transport.mesh.triangles[grids.triangles].astype(np.int64)
-        at_corners = at_points[transport.gather_point_of_vertex[:, corners]]
-        linear = np.einsum("nk,stkb->tnsb", (STEPS / CUTS).astype(np.float32), at_corners)
-        more = at_nodes[grids.point_of_node] - linear
-        more[grids.point_of_node < 0] = 0.0
-        rows[_in_rows(count) :][: grids.point_of_node.size] = more.reshape(-1, 4)
+        if grids is not None:
+            yield
+            more = self._more_of_nodes @ at_points
+            rows[_in_rows(count) :][: len(more)] = more
+
+    def _more_of_cells(self, cells: PatchCells, node: Node) -> Array32:
+        """(s + g, 4) what gather points get more as patches near them are lit in part: each sees
+        the lit part or the dark one."""
+        asked, more = self._sunlit.more_on_cells(cells, node)
+        reflected = self._surface.albedo[cells.patch[asked]] * more[:, None]
+        return np.asarray(cells.gather[asked].T @ reflected)
+
+    @cached_property
+    def _more_of_nodes(self) -> sparse.csr_matrix:
+        grids = self._transport.grids
+        assert grids is not None
+        return more_of_nodes(self._transport, grids)
 
     @cached_property
     def _of_cells(self) -> Array32:
@@ -224,7 +243,7 @@ class PrecomputedResponse:
         """(p, 4) each for a Sun of 1 W/m2 in that direction; together they take less time."""
         if not nodes:
             return {}
-        cosines = np.stack([self._sunlit.at(node) for node in nodes], axis=1)
+        cosines = np.stack([self._sunlit.at(node).cosines for node in nodes], axis=1)
         reflected = self._surface.albedo[:, :, None] * cosines[:, None]
         solved = radiosity(self._transport, self._surface, reflected)
         return {node: np.ascontiguousarray(solved[:, :, i]) for i, node in enumerate(nodes)}

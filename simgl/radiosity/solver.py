@@ -149,23 +149,44 @@ def radiosity(transport: LightTransport, surface: Reflectors, emitted: Array32) 
     return np.maximum(newer, 0.0)
 
 
-def lit_normals(transport: LightTransport, direction: Array, half: int) -> Array32:
-    """(p, 3) mean over one half of each patch's sample points: their normals where the Sun is seen.
+def lit_samples(transport: LightTransport, direction: Array) -> tuple[Mask, Mask]:
+    """(p, n) which sample points of each patch the Sun reaches, and which are outside all other
+    parts.
 
-    direction : (3,) unit, towards the Sun, body axes; its product with a row is the mean cosine
-    half : 0 or 1
+    direction : (3,) unit, towards the Sun, body axes
     """
-    points = transport.points[:, half::2].reshape(-1, 3)
-    normals = transport.normals[:, half::2].reshape(-1, 3)
+    points, normals = (a.reshape(-1, 3) for a in (transport.points, transport.normals))
+    valid = transport.point_open
+    lit = seeing(transport.tracer, points, normals, direction, valid.ravel())
+    return lit.reshape(valid.shape), valid
+
+
+def seeing(
+    tracer: AnyRayTracer, points: Array32, normals: Array32, direction: Array, asked: Mask
+) -> Mask:
+    """(n,) whether points (n, 3) of surfaces see the Sun in a direction (3,); no, if not asked."""
     towards = direction.astype(np.float32)
-    valid = transport.point_open[:, half::2]
-    facing = np.flatnonzero((normals @ towards > 0.0) & valid.ravel())
+    facing = np.flatnonzero((normals @ towards > 0.0) & asked)
     rays = np.broadcast_to(towards, (len(facing), 3))
-    lit = np.zeros((len(points), 3), dtype=np.float32)
-    free = facing[~transport.tracer.occluded(points[facing], rays)]
-    lit[free] = normals[free]
+    lit = np.zeros(len(points), dtype=np.bool_)
+    lit[facing[~tracer.occluded(points[facing], rays)]] = True
+    return lit
+
+
+def mean_normals(transport: LightTransport, lit: Mask, valid: Mask) -> Array32:
+    """(p, 3) mean over each patch's sample points: their normals where they are lit.
+
+    lit, valid : as of ``lit_samples``; the product of its direction with a row is the mean cosine
+    """
+    normals = np.where(lit[:, :, None], transport.normals, np.float32(0.0)).sum(axis=1)
     count = np.maximum(valid.sum(axis=1), 1).astype(np.float32)
-    return lit.reshape(*valid.shape, 3).sum(axis=1) / count[:, None]
+    return np.asarray(normals / count[:, None], dtype=np.float32)
+
+
+def sun_cosines(transport: LightTransport, direction: Array) -> Array32:
+    """(p,) mean over each patch of its cosine to the Sun where the Sun is seen."""
+    normals = mean_normals(transport, *lit_samples(transport, direction))
+    return np.asarray(np.maximum(normals @ direction.astype(np.float32), 0.0))
 
 
 def blocked_by(

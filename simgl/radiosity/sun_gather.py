@@ -1,9 +1,10 @@
-"""Form factors of gather points by many rays, for light that is gathered once for many frames."""
+"""What gather points see by many rays, for light that is gathered once for many frames."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
@@ -11,6 +12,7 @@ from scipy import sparse
 from simgl.arrays import Array32, IndexArray, Mask
 from simgl.radiosity.gather_points import BURIED, PLACES, GatherPoints, face_normals
 from simgl.radiosity.hemisphere import cosine_directions, frames, spins
+from simgl.radiosity.patch_cells import CellIndex, SeenCells
 from simgl.rays import RayTracer
 from simgl.scene.mesh import Mesh
 
@@ -18,19 +20,27 @@ from simgl.scene.mesh import Mesh
 _AT_ONCE = 128
 
 
-def point_form_factors(
+class _Part(NamedTuple):
+    """A row of shares for some gather points; the cells they see, a place on each, its side."""
+
+    shares: sparse.csr_matrix
+    cells: IndexArray
+    places: Array32
+    side: IndexArray
+
+
+def cells_seen(
     mesh: Mesh,
     tracer: RayTracer,
     points: GatherPoints,
     chosen: Mask,
     sides: int,
-    patch_of_side: IndexArray,
+    index: CellIndex,
     rays: int,
     spun: bool,
     tick: Callable[[int], None],
-) -> tuple[sparse.csr_matrix, Mask]:
-    """(s, p) share of the cosine-weighted hemisphere of gather points that patches cover, and (s,)
-    which points are inside another part.
+) -> tuple[SeenCells, Mask]:
+    """The cells that gather points see, and (s,) which points are inside another part.
 
     chosen : (s,) which points; the rows of the others stay empty
     rays : of each point, a multiple of ``PLACES``
@@ -42,34 +52,49 @@ def point_form_factors(
     faces = face_normals(mesh)[0].astype(np.float32)
     turns = frames(points.normals)
     turns = (turns @ spins(len(turns)) if spun else turns).astype(np.float32)
-    patches = int(patch_of_side.max()) + 1
     buried = np.zeros(len(chosen), dtype=np.bool_)
 
-    def counted(part: IndexArray) -> sparse.csr_matrix:
+    def counted(part: IndexArray) -> _Part:
         turn = turns[part]
         directions = np.matmul(pattern[None], np.swapaxes(turn, 1, 2)).reshape(-1, 3)
         origins = np.tile(points.origins[part].astype(np.float32), (1, rays // PLACES, 1))
-        triangle, _ = tracer.hits(origins.reshape(-1, 3), directions)
+        triangle, distance = tracer.hits(origins.reshape(-1, 3), directions)
         met = np.flatnonzero(triangle >= 0)
-        triangle = triangle[met].astype(np.int64)
-        behind = np.einsum("ij,ij->i", faces[triangle], directions[met]) > 0.0
+        side = triangle[met].astype(np.int64)
+        behind = np.einsum("ij,ij->i", faces[side], directions[met]) > 0.0
         if sides == 1:
             share, buried[part] = _shares(met, behind, len(part), rays)
         else:
-            triangle += len(faces) * behind
+            side += len(faces) * behind
             share = np.ones(len(met), dtype=np.float32)
-        entries = share / np.float32(rays), (met // rays, patch_of_side[triangle])
-        return sparse.coo_matrix(entries, shape=(len(part), patches)).tocsr()
+        places = origins.reshape(-1, 3)[met] + distance[met, None] * directions[met]
+        of_use = np.flatnonzero(share > 0.0)
+        side, places = side[of_use], places[of_use]
+        cell = index.of(side, places)
+        entries = share[of_use] / np.float32(rays), (met[of_use] // rays, cell)
+        shares = sparse.coo_matrix(entries, shape=(len(part), index.count)).tocsr()
+        number, first = np.unique(cell, return_index=True)
+        return _Part(shares, number, places[first], side[first])
 
     rows = np.flatnonzero(chosen)
     parts = [rows[i : i + _AT_ONCE] for i in range(0, len(rows), _AT_ONCE)]
+    parts_seen = list(_in_turn(counted, parts, tick))
+    return _together(parts_seen, rows, (len(chosen), index.count)), buried
+
+
+def _together(parts: list[_Part], rows: IndexArray, shape: tuple[int, int]) -> SeenCells:
+    """What some of the rows (points) of a matrix saw; of each cell the first place counts."""
+    places, side = np.zeros((shape[1], 3), dtype=np.float32), np.full(shape[1], -1)
     if not parts:
-        return sparse.csr_matrix((len(chosen), patches), dtype=np.float32), buried
-    shares = sparse.vstack(list(_in_turn(counted, parts, tick)), format="csr")
-    lengths = np.zeros(len(chosen) + 1, dtype=np.int64)
+        nothing = sparse.csr_matrix(shape, dtype=np.float32)
+        return SeenCells(shares=nothing, places=places, side=side)
+    shares = sparse.vstack([part.shares for part in parts], format="csr")
+    lengths = np.zeros(shape[0] + 1, dtype=np.int64)
     lengths[1 + rows] = np.diff(shares.indptr)
+    for part in reversed(parts):
+        places[part.cells], side[part.cells] = part.places, part.side
     rows_of_all = shares.data, shares.indices, np.cumsum(lengths)
-    return sparse.csr_matrix(rows_of_all, shape=(len(chosen), patches)), buried
+    return SeenCells(shares=sparse.csr_matrix(rows_of_all, shape=shape), places=places, side=side)
 
 
 def _shares(ray: IndexArray, behind: Mask, points: int, rays: int) -> tuple[Array32, Mask]:
@@ -87,10 +112,10 @@ def _shares(ray: IndexArray, behind: Mask, points: int, rays: int) -> tuple[Arra
 
 
 def _in_turn(
-    counted: Callable[[IndexArray], sparse.csr_matrix],
+    counted: Callable[[IndexArray], _Part],
     parts: list[IndexArray],
     tick: Callable[[int], None],
-) -> Iterator[sparse.csr_matrix]:
+) -> Iterator[_Part]:
     """The results in order, two at a time: numpy and Embree mostly release Python's lock."""
     done = 0
     with ThreadPoolExecutor(max_workers=2) as threads:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from simgl.arrays import Array, Array32
+from simgl.arrays import Array, Array32, IndexArray, Mask
 from simgl.lru_cache import LruCache
 from simgl.next_step import FARTHEST_FRAMES
-from simgl.radiosity.light_transport import LightTransport
-from simgl.radiosity.solver import Blocker, blocked_by, lit_normals
+from simgl.radiosity.light_transport import LightTransport, PatchCells
+from simgl.radiosity.solver import Blocker, blocked_by, lit_samples, mean_normals, seeing
 
 # Steps of the grid of directions from one end of an axis to the other: half a degree each, the
 # width of the Sun. What light a patch gets is linear between three of them, as in a penumbra.
@@ -24,6 +25,18 @@ CAPACITY = 64
 Node = tuple[int, int]
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Sunlit:
+    """Sunlight of one direction on the patches.
+
+    cosines : (p,) mean over each patch of its cosine to the Sun where the Sun is seen
+    partly : (p,) whether some of it is lit and some is not
+    """
+
+    cosines: Array32
+    partly: Mask
+
+
 class SunlitPatches:
     """The mean cosine of each patch to the Sun, traced for directions of a fixed grid.
 
@@ -33,7 +46,7 @@ class SunlitPatches:
 
     def __init__(self, transport: LightTransport) -> None:
         self._transport = transport
-        self._nodes = LruCache[Node, Array32](CAPACITY)
+        self._nodes = LruCache[Node, Sunlit](CAPACITY)
 
     def cosines(self, direction: Array, blockers: Sequence[Blocker] = ()) -> Array32:
         """(p,) mean over each patch of its cosine to the Sun where the Sun is seen.
@@ -43,7 +56,7 @@ class SunlitPatches:
         """
         cosines = np.zeros(len(self._transport.areas), dtype=np.float32)
         for node, weight in grid_corners(direction):
-            cosines += np.float32(weight) * self.at(node)
+            cosines += np.float32(weight) * self.at(node).cosines
         if blockers:
             cosines -= self.hidden(direction, cosines, blockers)
         return cosines
@@ -52,15 +65,28 @@ class SunlitPatches:
         """(p,) what other bodies take from the cosines (p,) of the patches."""
         return cosines * blocked_by(self._transport, direction, blockers, cosines > 0.0)
 
-    def at(self, node: Node) -> Array32:
-        """(p,) the same for a direction of the grid, traced."""
+    def at(self, node: Node) -> Sunlit:
+        """The same for a direction of the grid, traced."""
         return self._nodes.get(node, lambda: self._traced(node))
 
-    def _traced(self, node: Node) -> Array32:
-        # Neighbours take turns between two halves of a patch's sample points.
+    def more_on_cells(self, cells: PatchCells, node: Node) -> tuple[IndexArray, Array32]:
+        """Cells of the patches that are lit in part, and what the cosine (k,) there is more than
+        that of their patch."""
+        sunlit = self.at(node)
+        asked = np.flatnonzero(sunlit.partly[cells.patch])
+        direction, normals = direction_of(node), cells.normals[asked]
+        every = np.ones(len(asked), dtype=np.bool_)
+        lit = seeing(self._transport.tracer, cells.points[asked], normals, direction, every)
+        cosines = (normals @ direction.astype(np.float32)) * lit
+        return asked, cosines - sunlit.cosines[cells.patch[asked]]
+
+    def _traced(self, node: Node) -> Sunlit:
         direction = direction_of(node)
-        normals = lit_normals(self._transport, direction, sum(node) % 2)
-        return np.maximum(normals @ direction.astype(np.float32), 0.0)
+        lit, valid = lit_samples(self._transport, direction)
+        cosines = mean_normals(self._transport, lit, valid) @ direction.astype(np.float32)
+        number = lit.sum(axis=1)
+        partly = (number > 0) & (number < valid.sum(axis=1))
+        return Sunlit(cosines=np.maximum(cosines, 0.0), partly=partly)
 
 
 def grid_corners(direction: Array) -> tuple[tuple[Node, float], ...]:

@@ -20,7 +20,7 @@ from simgl.radiosity.hemisphere import SKY_CELLS
 from simgl.radiosity.jointed_bake import bake_jointed
 from simgl.radiosity.jointed_transport import JointedTransport
 from simgl.radiosity.light_grids import NODES
-from simgl.radiosity.light_transport import LightGrids, LightTransport
+from simgl.radiosity.light_transport import LightGrids, LightTransport, PatchCells
 from simgl.radiosity.posed_transport import PosedTransport
 from simgl.radiosity.rigid_pairs import NOWHERE
 from simgl.scene.mesh import Mesh
@@ -39,7 +39,7 @@ STEPS: dict[JointLight, float] = {"quick": np.radians(1.0), "exact": np.radians(
 # quick one, up to 50 MB if exact.
 MAX_BYTES = 512 << 20
 # Part of every key: with a change in how bakes are made or stored, old files are not read any more.
-VERSION = 10
+VERSION = 12
 
 _Bake = TypeVar("_Bake")
 _NOT_WRITTEN = "light between surfaces is traced again next time"
@@ -235,6 +235,8 @@ def _packed(transport: LightTransport) -> dict[str, Any]:
         value = getattr(transport, field.name)
         if field.name == "grids":
             data |= _packed_grids(transport.grids)
+        elif field.name == "cells":
+            data |= _packed_cells(transport.cells)
         elif field.name in _MATRICES:
             data |= matrix_arrays(field.name, value)
         elif field.name == "mesh":
@@ -243,6 +245,24 @@ def _packed(transport: LightTransport) -> dict[str, Any]:
         else:
             data[field.name] = np.asarray(value)
     return data
+
+
+def _packed_cells(cells: PatchCells | None) -> dict[str, Any]:
+    if cells is None:
+        return {}
+    plain = {f"cells.{name}": getattr(cells, name) for name in ("patch", "points", "normals")}
+    return plain | matrix_arrays("cells.gather", cells.gather)
+
+
+def _unpacked_cells(data: dict[str, Any]) -> PatchCells | None:
+    if "cells.patch" not in data:
+        return None
+    return PatchCells(
+        patch=data["cells.patch"],
+        points=data["cells.points"],
+        normals=data["cells.normals"],
+        gather=_matrix(data, "cells.gather"),
+    )
 
 
 def _packed_grids(grids: LightGrids | None) -> dict[str, Any]:
@@ -275,7 +295,13 @@ def _unpacked(data: dict[str, Any]) -> LightTransport:
     matrices = {name: _matrix(data, name) for name in _MATRICES}
     plain = {name: array for name, array in data.items() if "." not in name}
     plain["sides"] = int(plain["sides"])
-    transport = LightTransport(mesh=Mesh(**mesh), **matrices, **plain, grids=_unpacked_grids(data))
+    transport = LightTransport(
+        mesh=Mesh(**mesh),
+        **matrices,
+        **plain,
+        cells=_unpacked_cells(data),
+        grids=_unpacked_grids(data),
+    )
     _check(transport)
     return transport
 
@@ -305,6 +331,8 @@ def _check(transport: LightTransport) -> None:
         right &= index.shape == shape and index.min() >= 0 and index.max() < count
     if transport.grids is not None:
         right &= _points_somewhere(transport.grids, transport)
+    if transport.cells is not None:
+        right &= _cells_somewhere(transport.cells, transport)
     if not right:
         raise ValueError("an index of a light transport points nowhere")
 
@@ -316,6 +344,17 @@ def _points_somewhere(grids: LightGrids, transport: LightTransport) -> bool:
     right = patches == len(transport.areas) and node.shape == (count, NODES, transport.sides)
     right &= bool(node.min() >= -1 and node.max() < points and grids.triangles.min() >= 0)
     return right and bool(grids.triangles.max() < len(transport.mesh.triangles))
+
+
+def _cells_somewhere(cells: PatchCells, transport: LightTransport) -> bool:
+    cells.gather.check_format(full_check=True)
+    points, count = transport.gather.shape[0], len(cells.patch)
+    if transport.grids is not None:
+        points += transport.grids.gather.shape[0]
+    right = cells.gather.shape == (count, points)
+    right &= cells.points.shape == (count, 3) and cells.normals.shape == (count, 3)
+    right &= cells.patch.shape == (count,)
+    return right and bool(np.all((cells.patch >= 0) & (cells.patch < len(transport.areas))))
 
 
 def lit_mesh(model: SpacecraftModel, transport: LightTransport) -> PosedMesh:

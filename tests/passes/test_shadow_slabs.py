@@ -52,7 +52,7 @@ def test_a_texel_of_the_slabs_holds_all_depths_of_its_place(gl: moderngl.Context
     assert view.close is not None
     meshes = MeshStore(gl)
     shadows = ShadowPass(gl, meshes)
-    ((depths, behind, _, _, slabs),) = shadows.cast([view])
+    ((depths, behind, _, _, slabs, _),) = shadows.cast([view])
     shadows.complete([view])
     near, next_ones = _depths(depths), _depths(behind)
     together = np.frombuffer(slabs.read(), "<f4").reshape(slabs.height, slabs.width, 4)

@@ -28,7 +28,9 @@ SUNS = sun_directions(10)
         ("open box", 0),
         ("open box from 5 cm", 0),
         ("open box from 5 cm, obliquely", 0),
+        ("folded sheets", 0),
         ("folded sheets", 5),
+        ("T of three sheets", 6),
         ("boom of 2 cm beside a bus from 0.5 m", 2),
     ],
 )

@@ -232,6 +232,40 @@ def _quad(corner: ArrayLike, along: ArrayLike, up: ArrayLike) -> Array:
     return np.stack([start, start + u, start + u + v, start + v])
 
 
+def thin_walls(name: str, walls: Sequence[tuple[ArrayLike, ArrayLike]]) -> SpacecraftModel:
+    """Closed boxes along the axes, from their lowest and highest corners [m]."""
+    steps = np.array([(i, j, k) for k in (0, 1) for j in (0, 1) for i in (0, 1)])
+    corners = [np.where(steps == 1, np.array(high), np.array(low)) for low, high in walls]
+    faces = np.concatenate([_FACES[:, [0, 1, 2]], _FACES[:, [0, 2, 3]]])
+    triangles = [8 * number + faces for number in range(len(walls))]
+    return _model(name, np.concatenate(corners), np.concatenate(triangles), sheets=False)
+
+
+def _of_three_sheets() -> dict[str, tuple[SpacecraftModel, Place, Place, float]]:
+    """Models, cameras and what they look at, focal lengths [mm]."""
+    stem, side = 0.7 * _Z + 0.05 * _X, 0.5 * _Z + 0.1 * _Y
+    tee = [
+        _quad((-0.5, 0.0, 0.0), _X, _Y),
+        _quad(_ORIGIN, stem, _Y),
+        _quad((-0.5, 0.45, 0.0), _X, side),
+    ]
+    spine = np.array((-0.48, 0.59, -0.65))
+    ways = np.array([(0.7, 0.7, 0.1), (-0.6, 0.5, 0.62), (0.2, -0.3, 0.93)])
+    fan = [_quad(_ORIGIN, spine, way) for way in ways]
+    return {
+        "T of three sheets": (sheets("tee", tee), (1.6, -1.4, 1.5), (0.0, 0.4, 0.2), 8.0),
+        "fan of three sheets": (sheets("fan", fan), (1.6, 1.9, 1.3), (0.0, 0.4, 0.0), 8.0),
+    }
+
+
+def _louvre() -> SpacecraftModel:
+    """Eight blades of 12 cm between two cheeks."""
+    blade = 0.12 * (np.cos(0.6) * _X + np.sin(0.6) * _Z)
+    blades = [_quad(0.08 * k * _Z, blade, 0.8 * _Y) for k in range(8)]
+    cheeks = [_quad((0.0, y, -0.05), 0.12 * _X, 0.8 * _Z) for y in (0.0, 0.8)]
+    return sheets("louvre", [*blades, *cheeks])
+
+
 def _truss() -> SpacecraftModel:
     """Five bays of three sides, rods of 15 to 25 mm."""
     turns = np.array([0.3, 2.4, 4.5])
@@ -279,6 +313,25 @@ def thin_scenes() -> dict[str, ThinScene]:
         "crossing sheets": of(stack, (2.2, -1.3, 1.6), (0.5, 0.5, 0.2), 8.0),
         "folded sheets": of(zigzag, (1.2, -1.0, 2.2), (0.7, 0.5, 0.1), 8.0),
         "truss": of(_truss(), (1.2, -2.0, 1.2), (1.5, 0.0, 0.0), 6.0),
+    }
+    leaf = np.cos(0.7) * _X + np.sin(0.7) * _Z
+    hinge = sheets("hinge", [_quad(_ORIGIN, _X, _Y), _quad(_ORIGIN, leaf, _Y)])
+    tray = thin_walls(
+        "tray",
+        [
+            (_ORIGIN, (1.0, 1.0, 0.001)),
+            (_ORIGIN, (0.001, 1.0, 1.0)),
+            (_ORIGIN, (1.0, 0.001, 1.0)),
+            ((1.0, 0.0, 0.0), (1.001, 1.0, 1.0)),
+            ((0.0, 1.0, 0.0), (1.0, 1.001, 1.0)),
+        ],
+    )
+    scenes |= {name: of(*parts) for name, parts in _of_three_sheets().items()}
+    scenes |= {
+        "louvre": of(_louvre(), (1.4, -0.6, 1.1), (0.05, 0.4, 0.3), 8.0),
+        "half-open hinge": of(hinge, (1.7, -1.3, 1.2), (0.3, 0.4, 0.2), 8.0),
+        "half-open hinge from 40 cm": of(hinge, (0.35, 0.3, 0.18), (0.02, 0.55, 0.02), 3.0),
+        "box of walls of 1 mm": of(tray, (2.2, 1.3, 2.6), (0.5, 0.5, 0.4), 8.0),
     }
     target, way = np.array([0.3, 0.2, 0.7]), np.array([0.48795, 0.39036, 0.78072])
     for distance, focal_mm in ((0.05, 3.0), (0.5, 3.0), (3.0, 8.0), (20.0, 20.0), (300.0, 300.0)):

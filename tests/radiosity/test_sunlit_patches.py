@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from simgl.arrays import Array
-from simgl.radiosity.solver import Blocker, lit_normals
+from simgl.radiosity.solver import Blocker
 from simgl.radiosity.sunlit_patches import SunlitPatches, direction_of, grid_corners
 from simgl.rays import RayTracer
 from simgl.scene.mesh import plate
@@ -100,11 +100,3 @@ def test_another_body_hides_the_patches_in_its_shadow() -> None:
     clear = floor & (x.min(axis=1) > 1.0)
     np.testing.assert_array_equal(shaded[clear], free[clear])
     assert free[clear].min() > 0.99
-
-
-def test_a_half_of_the_points_is_lit_like_the_other() -> None:
-    transport = open_box()
-    first, second = (lit_normals(transport, towards(-0.4), half) for half in (0, 1))
-    area = transport.areas[:, None]
-    # Each half places shadows to a fifth of a patch.
-    np.testing.assert_allclose((area * first).sum(0), (area * second).sum(0), atol=0.02)

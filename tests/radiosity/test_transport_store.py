@@ -42,6 +42,11 @@ def test_a_bake_is_found_again_bit_for_bit(monkeypatch: pytest.MonkeyPatch) -> N
     assert (again.form_factors != first.form_factors).nnz == 0
     np.testing.assert_array_equal(again.gather_point_of_vertex, first.gather_point_of_vertex)
     assert (again.sun_gather != first.sun_gather).nnz == 0
+    assert again.cells is not None
+    assert first.cells is not None
+    assert (again.cells.gather != first.cells.gather).nnz == 0
+    for name in ("patch", "points", "normals"):
+        np.testing.assert_array_equal(getattr(again.cells, name), getattr(first.cells, name))
     assert again.grids is not None
     assert first.grids is not None
     assert (again.grids.gather != first.grids.gather).nnz == 0
@@ -72,6 +77,8 @@ def test_a_damaged_file_is_made_anew(content: bytes | None) -> None:
         ("sky_rays_row", 10**6),
         ("gather_point_of_vertex", 10**6),
         ("sun_gather.indices", 10**6),
+        ("cells.gather.indices", 10**6),
+        ("cells.patch", 10**6),
         ("grids.gather.indices", 10**6),
         ("grids.point_of_node", -2),
         ("grids.triangles", 10**6),
