@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 import moderngl
@@ -39,9 +40,9 @@ _SEEDS = range(24)
 _HOURS = 4
 _ROUNDS = 12
 # Of albedo per unit of the amounts, at most (that of cover is about 1); and the largest amount.
-_RESPONSE, _LARGEST = 0.5, 0.4
-# Of the cells by which amounts are smoothed.
-_SMOOTH = 0.6
+_RESPONSE, _LARGEST = 0.5, 0.6
+# Of the cells by which amounts are smoothed, and the light of clouds beside that by two streams.
+_SMOOTH, _AROUND = 0.6, 1.5
 
 
 def _mean_sun(latitude: Array) -> Array:
@@ -115,14 +116,16 @@ def fit(ctx: moderngl.Context, clear: Array, all_sky: Array, measured: Array) ->
     """
     amounts = np.zeros((ROWS, COLUMNS), dtype=np.float32)
     seen = _albedo(climate(ctx, amounts, range(len(DATES) * _HOURS)), clear)
-    of_light = (all_sky - clear).sum(axis=1) / (seen - clear).sum(axis=1)
+    # Of all cells around: few clouds tell little of their light.
+    around = partial(gaussian_filter, sigma=_AROUND, mode=("nearest", "wrap"))
+    of_light = around(all_sky - clear) / around(seen - clear)
     latitude = 85.0 - 10.0 * np.arange(ROWS)
     weight = np.clip((70.0 - np.abs(latitude)) / 20.0, 0.0, 1.0)[:, None]
     of_rows = climate(ctx, amounts, _SEEDS)[2].mean(axis=1)
     for _ in range(_ROUNDS):
         clouds = climate(ctx, amounts, _SEEDS)
         seen = _albedo(clouds, clear)
-        error = measured - (clear + of_light[:, None] * (seen - clear))
+        error = measured - (clear + of_light * (seen - clear))
         error -= error.mean(axis=1, keepdims=True)
         step = gaussian_filter(weight * error / _RESPONSE, _SMOOTH, mode=("nearest", "wrap"))
         amounts = np.clip(amounts + step, -_LARGEST, _LARGEST).astype(np.float32)
