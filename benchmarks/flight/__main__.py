@@ -1,9 +1,9 @@
 """``python -m benchmarks.flight --truth DIR --out DIR``: flight.json and docs/flight_truth.md.
 
-A quarter of an hour on two cores that are otherwise idle. The folder of the truth holds CERES's mean albedos of 2018,
-``ceres_2018_all_sky_1deg.csv`` and ``ceres_2018_clear_sky_1deg.csv``: (180, 360) from the south
-pole and 180 deg west on; and images of the Moon, ``moon_msg3_seviri_2013-01-01T145644.nc`` and
-``moon_mtsat2_2013-07-25T035138.nc``.
+A quarter of an hour on two idle cores. The folder of the truth holds CERES's mean
+albedos of 2018, ``ceres_2018_all_sky_1deg.csv`` and ``ceres_2018_clear_sky_1deg.csv``: (180, 360)
+from the south pole and 180 deg west on; and images of the Moon,
+``moon_msg3_seviri_2013-01-01T145644.nc`` and ``moon_mtsat2_2013-07-25T035138.nc``.
 """
 
 from __future__ import annotations
