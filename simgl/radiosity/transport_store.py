@@ -42,6 +42,7 @@ MAX_BYTES = 512 << 20
 VERSION = 12
 
 _Bake = TypeVar("_Bake")
+_Part = TypeVar("_Part", PatchCells, LightGrids)
 _NOT_WRITTEN = "light between surfaces is traced again next time"
 _JOINTED_ARRAYS = ("group_of_patch", "reach", "target")
 _MATRICES = ("form_factors", "sky", "gather", "sun_gather", "sky_part", "sky_rays")
@@ -233,10 +234,8 @@ def _packed(transport: LightTransport) -> dict[str, Any]:
     data: dict[str, Any] = {}
     for field in fields(transport):
         value = getattr(transport, field.name)
-        if field.name == "grids":
-            data |= _packed_grids(transport.grids)
-        elif field.name == "cells":
-            data |= _packed_cells(transport.cells)
+        if field.name in ("cells", "grids"):
+            data |= _packed_part(field.name, value)
         elif field.name in _MATRICES:
             data |= matrix_arrays(field.name, value)
         elif field.name == "mesh":
@@ -247,39 +246,20 @@ def _packed(transport: LightTransport) -> dict[str, Any]:
     return data
 
 
-def _packed_cells(cells: PatchCells | None) -> dict[str, Any]:
-    if cells is None:
-        return {}
-    plain = {f"cells.{name}": getattr(cells, name) for name in ("patch", "points", "normals")}
-    return plain | matrix_arrays("cells.gather", cells.gather)
+def _packed_part(name: str, part: PatchCells | LightGrids | None) -> dict[str, Any]:
+    data: dict[str, Any] = {}
+    for field in fields(part) if part is not None else ():
+        key, value = f"{name}.{field.name}", getattr(part, field.name)
+        data |= matrix_arrays(key, value) if field.name == "gather" else {key: value}
+    return data
 
 
-def _unpacked_cells(data: dict[str, Any]) -> PatchCells | None:
-    if "cells.patch" not in data:
+def _unpacked_part(name: str, kind: type[_Part], data: dict[str, Any]) -> _Part | None:
+    gather = f"{name}.gather"
+    if f"{gather}.data" not in data:
         return None
-    return PatchCells(
-        patch=data["cells.patch"],
-        points=data["cells.points"],
-        normals=data["cells.normals"],
-        gather=_matrix(data, "cells.gather"),
-    )
-
-
-def _packed_grids(grids: LightGrids | None) -> dict[str, Any]:
-    if grids is None:
-        return {}
-    plain = {f"grids.{name}": getattr(grids, name) for name in ("triangles", "point_of_node")}
-    return plain | matrix_arrays("grids.gather", grids.gather)
-
-
-def _unpacked_grids(data: dict[str, Any]) -> LightGrids | None:
-    if "grids.triangles" not in data:
-        return None
-    return LightGrids(
-        triangles=data["grids.triangles"],
-        gather=_matrix(data, "grids.gather"),
-        point_of_node=data["grids.point_of_node"],
-    )
+    plain = {f.name: data[f"{name}.{f.name}"] for f in fields(kind) if f.name != "gather"}
+    return kind(gather=_matrix(data, gather), **plain)
 
 
 def _matrix(data: dict[str, Any], name: str) -> sparse.csr_matrix:
@@ -299,8 +279,8 @@ def _unpacked(data: dict[str, Any]) -> LightTransport:
         mesh=Mesh(**mesh),
         **matrices,
         **plain,
-        cells=_unpacked_cells(data),
-        grids=_unpacked_grids(data),
+        cells=_unpacked_part("cells", PatchCells, data),
+        grids=_unpacked_part("grids", LightGrids, data),
     )
     _check(transport)
     return transport
