@@ -85,7 +85,7 @@ def ground_track(
 def _land() -> Array:
     """(height, width, 4) RGBA: land in a soft grey, sea transparent."""
     # Codes above the middle are sea.
-    shore = shore_map(None)[_EVERY // 2 :: _EVERY, _EVERY // 2 :: _EVERY, 0].astype(np.float64)
+    shore = shore_map(None)[0][_EVERY // 2 :: _EVERY, _EVERY // 2 :: _EVERY, 0].astype(np.float64)
     red, green, blue = (int(SOFT[i : i + 2], 16) / 255.0 for i in (1, 3, 5))
     alpha = 0.35 * np.clip((140.0 - shore) / 24.0, 0.0, 1.0)
     return np.stack([np.full_like(alpha, c) for c in (red, green, blue)] + [alpha], axis=-1)

@@ -1,4 +1,4 @@
-"""Which OpenGL context is current on this thread, and how to make it current again.
+"""Which OpenGL context is current on this thread, how to make it current again, and its functions.
 
 Asked of EGL, GLX and OSMesa, each by its own library. A library that this process has not loaded
 can hold nothing current, and is not loaded to ask.
@@ -12,6 +12,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from simgl.errors import ContextError
+
 _POINTER, _INT, _BYTE = ctypes.c_void_p, ctypes.c_int, ctypes.c_ubyte
 _XID = ctypes.c_ulong
 _EGL_DRAW, _EGL_READ = 0x3059, 0x305A
@@ -24,11 +26,13 @@ class Binding:
 
     make_current : the window system's function
     arguments : of the function for this context; ``nothing``: to leave none current
+    address_of : where an OpenGL function lies; None where there is none of that name
     """
 
     make_current: Callable[..., int]
     arguments: tuple[int | None, ...]
     nothing: tuple[int | None, ...]
+    address_of: Callable[[bytes], int | None]
 
     def restore(self) -> bool:
         """Make it current again; False where it is destroyed or current on another thread."""
@@ -56,13 +60,14 @@ def _egl(library: ctypes.CDLL) -> _Query:
     display = _function(library, "eglGetCurrentDisplay", _POINTER)
     surface = _function(library, "eglGetCurrentSurface", _POINTER, _INT)
     make_current = _function(library, "eglMakeCurrent", ctypes.c_uint, *[_POINTER] * 4)
+    address_of = _function(library, "eglGetProcAddress", _POINTER, ctypes.c_char_p)
 
     def query() -> Binding | None:
         if not (handle := context()):
             return None
         where = display()
         bound = where, surface(_EGL_DRAW), surface(_EGL_READ), handle
-        return Binding(make_current, bound, (where, None, None, None))
+        return Binding(make_current, bound, (where, None, None, None), address_of)
 
     return query
 
@@ -73,12 +78,14 @@ def _glx(library: ctypes.CDLL) -> _Query:
     draw = _function(library, "glXGetCurrentDrawable", _XID)
     read = _function(library, "glXGetCurrentReadDrawable", _XID)
     make_current = _function(library, "glXMakeContextCurrent", _INT, _POINTER, _XID, _XID, _POINTER)
+    address_of = _function(library, "glXGetProcAddressARB", _POINTER, ctypes.c_char_p)
 
     def query() -> Binding | None:
         if not (handle := context()):
             return None
         where = display()
-        return Binding(make_current, (where, draw(), read(), handle), (where, 0, 0, None))
+        bound = where, draw(), read(), handle
+        return Binding(make_current, bound, (where, 0, 0, None), address_of)
 
     return query
 
@@ -89,6 +96,7 @@ def _osmesa(library: ctypes.CDLL) -> _Query:
     make_current = _function(
         library, "OSMesaMakeCurrent", _BYTE, _POINTER, _POINTER, _INT, _INT, _INT
     )
+    address_of = _function(library, "OSMesaGetProcAddress", _POINTER, ctypes.c_char_p)
 
     def query() -> Binding | None:
         if not (handle := context()):
@@ -96,7 +104,7 @@ def _osmesa(library: ctypes.CDLL) -> _Query:
         width, height, kind, pixels = _INT(), _INT(), _INT(), _POINTER()
         memory(handle, *(ctypes.byref(value) for value in (width, height, kind, pixels)))
         bound = handle, pixels.value, _UNSIGNED_BYTE, width.value, height.value
-        return Binding(make_current, bound, (None, None, 0, 0, 0))
+        return Binding(make_current, bound, (None, None, 0, 0, 0), address_of)
 
     return query
 
@@ -125,3 +133,18 @@ def current_binding() -> Binding | None:
         if binding is not None:
             return binding
     return None
+
+
+def opengl_function(name: str, *arguments: Any) -> Callable[..., None]:
+    """A function of the context that is current on this thread, which returns nothing.
+
+    arguments : their types
+
+    Raises ContextError where no context is current, or its driver has no such function.
+    """
+    binding = current_binding()
+    address = None if binding is None else binding.address_of(name.encode())
+    if not address:
+        raise ContextError(f"no current OpenGL context has {name}", "run `simgl doctor`")
+    function: Callable[..., None] = ctypes.CFUNCTYPE(None, *arguments)(address)
+    return function

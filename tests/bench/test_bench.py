@@ -65,7 +65,7 @@ def test_the_tables_of_the_earth_have_their_size(monkeypatch: pytest.MonkeyPatch
     """Air is made; weather and noise, which take longer, may come from the cache."""
 
     def weather(ctx: moderngl.Context, clouds: Clouds, _: object, ground: Any) -> Image8:
-        return weather_map(ctx, clouds, Earth().maps, ground)
+        return weather_map(ctx, clouds, Earth().maps, ground)[0]
 
     monkeypatch.setattr("simgl.bench.earth_tables.weather_codes", weather)
     monkeypatch.setattr("simgl.bench.earth_tables.make_chart", chart)

@@ -82,6 +82,7 @@ SHARED_PASSES = {
     "simgl.passes.background.earth_maps",
     "simgl.passes.background.earth_textures",
     "simgl.passes.background.lit_earth",
+    "simgl.passes.background.map_levels",
     "simgl.passes.background.planet_blocks",
     "simgl.passes.background.planet_variants",
     "simgl.passes.background.tile_kinds",

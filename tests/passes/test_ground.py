@@ -74,13 +74,13 @@ def tilted_sun(place: tuple[float, float], zenith: float, azimuth: float) -> Arr
 
 
 def test_the_maps_have_the_means_that_the_documentation_states() -> None:
-    is_land = shore_map(None)[::3, ::3, 0] < 128
+    is_land = shore_map(None)[0][::3, ::3, 0] < 128
     height, width = is_land.shape
     rows = np.cos(np.radians(90.0 - (np.arange(height) + 0.5) * 180.0 / height))[:, None]
     weights = rows * is_land
     # Land, with lakes counted as water, is 28.7 % of the Earth (29.2 % less 0.5 % of lakes).
     assert weights.sum() / (rows.sum() * width) == pytest.approx(0.287, abs=0.005)
-    reflectance = (land_map(None)[::2, ::2] / np.float32(255.0)) ** 2
+    reflectance = (land_map(None)[0][::2, ::2] / np.float32(255.0)) ** 2
     weights = on_map_of(reflectance, weights)
     mean = [np.average(reflectance[..., band], weights=weights) for band in range(4)]
     np.testing.assert_allclose(mean, [0.209, 0.195, 0.159, 0.340], atol=0.005)
@@ -104,7 +104,7 @@ def texel_at(latitude: float, longitude: float, shape: tuple[int, ...]) -> tuple
 
 
 def test_the_sand_of_libya_4_is_as_bright_as_satellites_are_calibrated_by() -> None:
-    codes = land_map(None)
+    codes = land_map(None)[0]
     row, column = (round(x) for x in texel_at(28.55, 23.39, codes.shape))
     site = (codes[row - 7 : row + 8, column - 7 : column + 8] / 255.0) ** 2
     np.testing.assert_allclose(site.mean(axis=(0, 1)), [0.45, 0.34, 0.25, 0.58], rtol=0.05)
@@ -132,7 +132,7 @@ CAPES = {
 def test_shores_stand_where_lighthouses_do() -> None:
     """Tips of capes, which texels of 2.5 km round off: within half of one and the 0.3 km by which
     towers stand inland, 0.7 km in the mean."""
-    shore = shore_map(None)[..., 0]
+    shore = shore_map(None)[0][..., 0]
     places = np.transpose([texel_at(*cape, shape=shore.shape) for cape in CAPES.values()])
     km = (map_coordinates(shore, places, order=1, output=np.float32) - 128.0) / 6.0
     assert np.abs(km).max() < 1.55
@@ -155,7 +155,7 @@ def test_shores_stand_where_lighthouses_do() -> None:
     }.items(),
 )
 def test_lakes_and_broad_rivers_are_water(name: str, place: tuple[float, float]) -> None:
-    shore = shore_map(None)[..., 0]
+    shore = shore_map(None)[0][..., 0]
     row, column = texel_at(*place, shape=shore.shape)
     assert map_coordinates(shore, [[row], [column]], order=1, output=np.float32)[0] > 128.0, name
 

@@ -17,7 +17,7 @@ SOUTH = (5.0, 3.0, 4.0, 6.8, 10.2, 13.3, 16.1, 17.8, 18.5, 18.0, 15.8, 10.2)
 @pytest.fixture(scope="module")
 def sea() -> np.ndarray:
     """(2, 1012, 720) area of sea by distance from the north and the south pole [million km2]."""
-    water = shore_map(None)[2::4, ::2, 0] > 128
+    water = shore_map(None)[0][2::4, ::2, 0] > 128
     rows, columns = water.shape[0] // 2, frost_edges().shape[1]
     part = [water[:rows], water[::-1][:rows]]
     east = np.array([[b.mean(axis=1) for b in np.array_split(p, columns, axis=1)] for p in part])

@@ -20,9 +20,9 @@ from simgl.passes.background.earth_maps import (
     MADE_BY,
     digest_of,
     land_inputs,
-    map_once,
     shore_inputs,
 )
+from simgl.passes.background.map_levels import MapLevels, map_once
 from simgl.scene.cyclones import DECKS, anvils, commas, seed_shift, swirls
 from simgl.scene.earth import Clouds, EarthMaps, MapImage
 from simgl.scene.noise_volume import SIZE, noise_volume
@@ -72,8 +72,11 @@ def weather_map(
     clouds: Clouds,
     maps: EarthMaps,
     ground: Sequence[moderngl.Texture],
-) -> Image8:
-    """What ``weather_codes`` returns, made once on a machine; ground : of these maps."""
+) -> MapLevels:
+    """What ``weather_codes`` returns, with its halvings, made once on a machine.
+
+    ground : of these maps
+    """
     if (image := clouds.image) is not None:
         of_image = ("clouds", image.digest, clouds.thickness)
         return map_once((__name__, *MADE_BY), of_image, lambda: _from_image(clouds, image))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import moderngl
@@ -14,8 +13,9 @@ from PIL import Image
 from simgl import assets
 from simgl.arrays import Image8, IndexArray, Mask
 from simgl.decoded_files import decoded_image
-from simgl.disk_cache import Arrays, computed_once
+from simgl.disk_cache import computed_once
 from simgl.lru_cache import MANY, LruCache
+from simgl.passes.background.map_levels import MapLevels, map_once, map_texture, size_of
 from simgl.physics.earth_spectra import land_in_bands
 from simgl.physics.land_reflectance import near_infrared, reflectance_from_display
 from simgl.physics.spectrum import BANDS, Bands
@@ -34,7 +34,14 @@ _CELLS, _FAR_FROM_SHORES_KM = 256, 10.0
 _LAND, _RELIEF, _SHORE = ("land_rgb.jpg", "land_nir.jpg"), "relief.webp", "shore.webp"
 _NIGHT = "night.jpg"
 # What makes the maps, for the files that they are cached in.
-MADE_BY = (__name__, "simgl.physics.land_reflectance", "numpy", "scipy", "pillow")
+MADE_BY = (
+    __name__,
+    "simgl.passes.background.map_levels",
+    "simgl.physics.land_reflectance",
+    "numpy",
+    "scipy",
+    "pillow",
+)
 _BANDS_MADE_BY = (
     *MADE_BY,
     "simgl.physics.earth_spectra",
@@ -44,10 +51,10 @@ _BANDS_MADE_BY = (
 
 
 # For the simulators of a process: two of each kind at the size of the shipped ones.
-_land_maps = LruCache[MapImage | None, Image8](MANY, max_bytes=128 << 20)
-_form_maps = LruCache[None, Image8](MANY, max_bytes=256 << 20)
-_shore_maps = LruCache[MapImage | None, Image8](MANY, max_bytes=288 << 20)
-_lamp_maps = LruCache[MapImage | None, Image8](MANY, max_bytes=64 << 20)
+_land_maps = LruCache[MapImage | None, MapLevels](MANY, max_bytes=171 << 20)
+_form_maps = LruCache[None, MapLevels](MANY, max_bytes=342 << 20)
+_shore_maps = LruCache[MapImage | None, MapLevels](MANY, max_bytes=384 << 20)
+_lamp_maps = LruCache[MapImage | None, MapLevels](MANY, max_bytes=86 << 20)
 
 
 def _path(name: str) -> Path:
@@ -76,33 +83,17 @@ def shore_inputs(water: MapImage | None) -> tuple[object, ...]:
     return "shore", digest_of(water, _SHORE)
 
 
-def map_once(made_by: Sequence[str], inputs: object, make: Callable[[], Image8]) -> Image8:
-    """(h, 2 h, channels) codes of a map, computed once on a machine."""
+def land_map(image: MapImage | None) -> MapLevels:
+    """(h, w, 4) square roots of reflectance R, G, B, N, 255 for 1, with its halvings."""
 
-    def fits(arrays: Arrays) -> bool:
-        codes = arrays["codes"]
-        two_wide = codes.ndim == 3 and codes.shape[:2] == (len(codes), 2 * len(codes))
-        return codes.dtype == np.uint8 and two_wide
-
-    return computed_once("earth", made_by, inputs, lambda: {"codes": make()}, fits)["codes"]
-
-
-def size_of(values: Image8) -> int:
-    """Bytes of an array, for caches."""
-    return values.nbytes
-
-
-def land_map(image: MapImage | None) -> Image8:
-    """(h, w, 4) square roots of reflectance R, G, B, N, 255 for 1."""
-
-    def made() -> Image8:
+    def made() -> MapLevels:
         return map_once(MADE_BY, land_inputs(image), lambda: make_land_map(image))
 
     return _land_maps.get(image, made, size_of)
 
 
 def make_land_map(image: MapImage | None) -> Image8:
-    """``land_map``, past the caches."""
+    """The codes of ``land_map``, past the caches."""
     if image is None:
         return np.dstack([_shipped("land_rgb.jpg", "RGB"), _shipped("land_nir.jpg", "L")])
     rgb = reflectance_from_display(np.asarray(image.read("RGB")))
@@ -110,8 +101,8 @@ def make_land_map(image: MapImage | None) -> Image8:
     return np.round(255.0 * roots).astype(np.uint8)
 
 
-def land_map_in_bands(image: MapImage | None, bands: Bands) -> Image8:
-    """(h, w, 4) square roots of reflectance in the bands, 255 for 1."""
+def land_map_in_bands(image: MapImage | None, bands: Bands) -> MapLevels:
+    """(h, w, 4) square roots of reflectance in the bands, 255 for 1, with its halvings."""
     if bands == BANDS:
         return land_map(image)
     inputs = (land_inputs(image), bands, digest_of(None, "spectra.csv"))
@@ -119,7 +110,7 @@ def land_map_in_bands(image: MapImage | None, bands: Bands) -> Image8:
 
 
 def _land_in_bands(image: MapImage | None, bands: Bands) -> Image8:
-    codes = land_map(image)
+    codes = land_map(image)[0]
     # Row by row: of all at once the steps between take gigabytes.
     rows = (land_in_bands((row / np.float32(255.0)) ** 2, bands) for row in codes)
     return np.stack([np.round(255.0 * np.sqrt(row)).astype(np.uint8) for row in rows])
@@ -129,7 +120,7 @@ def kind_map(image: MapImage | None) -> Image8:
     """(h, w, 4) how much grows on land, how dark it is there in red, and how white: what tells
     snow and leaves by R, G, B, N (shaders/planet/ground.glsl), for bands that do not.
     """
-    codes = land_map(image)
+    codes = land_map(image)[0]
     result = np.zeros_like(codes)
     for row, values in zip(result, codes, strict=True):
         red, _, blue, near = ((values / np.float32(255.0)) ** 2).T
@@ -143,38 +134,38 @@ def kind_map(image: MapImage | None) -> Image8:
     return result
 
 
-def form_map() -> Image8:
-    """(h, w, 2) codes of the slopes to the east and north."""
+def form_map() -> MapLevels:
+    """(h, w, 2) codes of the slopes to the east and north, with its halvings."""
 
-    def made() -> Image8:
+    def made() -> MapLevels:
         return map_once(MADE_BY, ("form", digest_of(None, _RELIEF)), make_form_map)
 
     return _form_maps.get(None, made, size_of)
 
 
 def make_form_map() -> Image8:
-    """``form_map``, past the caches."""
+    """The codes of ``form_map``, past the caches."""
     return np.ascontiguousarray(_shipped(_RELIEF, "RGB")[..., :2])
 
 
-def shore_map(water: MapImage | None) -> Image8:
-    """(h, w, 1) codes of the distance to the shore."""
+def shore_map(water: MapImage | None) -> MapLevels:
+    """(h, w, 1) codes of the distance to the shore, with its halvings."""
 
-    def made() -> Image8:
+    def made() -> MapLevels:
         return map_once(MADE_BY, shore_inputs(water), lambda: make_shore_map(water))
 
     return _shore_maps.get(water, made, size_of)
 
 
 def make_shore_map(water: MapImage | None) -> Image8:
-    """``shore_map``, past the caches."""
+    """The codes of ``shore_map``, past the caches."""
     return (_shipped(_SHORE, "L") if water is None else _shore(water.read("L")))[..., None]
 
 
-def lamp_map(night: MapImage | None) -> Image8:
-    """(h, w, 1) codes of the lights at night."""
+def lamp_map(night: MapImage | None) -> MapLevels:
+    """(h, w, 1) codes of the lights at night, with its halvings."""
 
-    def made() -> Image8:
+    def made() -> MapLevels:
         inputs = "lamps", digest_of(night, _NIGHT)
         return map_once(MADE_BY, inputs, lambda: make_lamp_map(night))
 
@@ -182,7 +173,7 @@ def lamp_map(night: MapImage | None) -> Image8:
 
 
 def make_lamp_map(night: MapImage | None) -> Image8:
-    """``lamp_map``, past the caches."""
+    """The codes of ``lamp_map``, past the caches."""
     lights = Image.fromarray(_shipped(_NIGHT, "L")) if night is None else night.read("L")
     width = max(lights.width, _LAMP_COLUMNS)
     scaled = lights.resize((width, width // 2), Image.Resampling.BICUBIC)
@@ -224,7 +215,7 @@ def shores(maps: EarthMaps) -> tuple[IndexArray, IndexArray]:
 
 def make_shores(maps: EarthMaps) -> tuple[IndexArray, IndexArray]:
     """``shores``, past the cache."""
-    shore = shore_map(maps.water)[..., 0]
+    shore = shore_map(maps.water)[0][..., 0]
     far = _SHORE_STEPS_PER_KM * _FAR_FROM_SHORES_KM
     lowest, highest = over_cells(np.minimum, shore), over_cells(np.maximum, shore)
     return cell_sums(lowest <= 128 + far), cell_sums(highest >= 128 - far)
@@ -248,23 +239,18 @@ def cell_sums(cells: Mask) -> IndexArray:
     return sums
 
 
-def map_texture(ctx: moderngl.Context, values: Image8) -> moderngl.Texture:
-    """An equirectangular map as a texture that joins at 180 deg."""
-    height, width, channels = values.shape
-    values = np.ascontiguousarray(values)
-    texture = ctx.texture((width, height), channels, values.data, alignment=1)
-    texture.build_mipmaps()
-    texture.repeat_x, texture.repeat_y = True, False
-    return texture
+def ground_levels(maps: EarthMaps, bands: Bands = BANDS) -> list[MapLevels]:
+    """``land_map_in_bands``, ``form_map``, ``shore_map`` and ``lamp_map``."""
+    return [
+        land_map_in_bands(maps.land, bands),
+        form_map(),
+        shore_map(maps.water),
+        lamp_map(maps.night),
+    ]
 
 
 def ground_textures(
     ctx: moderngl.Context, maps: EarthMaps, bands: Bands = BANDS
 ) -> list[moderngl.Texture]:
-    """``land_map_in_bands``, ``form_map``, ``shore_map`` and ``lamp_map``."""
-    return [
-        map_texture(ctx, land_map_in_bands(maps.land, bands)),
-        map_texture(ctx, form_map()),
-        map_texture(ctx, shore_map(maps.water)),
-        map_texture(ctx, lamp_map(maps.night)),
-    ]
+    """``ground_levels`` as textures."""
+    return [map_texture(ctx, levels) for levels in ground_levels(maps, bands)]

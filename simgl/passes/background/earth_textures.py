@@ -12,16 +12,23 @@ import numpy as np
 from simgl import assets
 from simgl.arrays import Array, Image8, IndexArray
 from simgl.gpu.fullscreen import Texture
+from simgl.gpu.texture_levels import texture_with_levels
 from simgl.lru_cache import MANY, LruCache
 from simgl.passes.background.cloud_map import has_weather, weather_map
 from simgl.passes.background.earth_maps import (
     HEIGHT,
     cell_sums,
+    ground_levels,
     ground_textures,
     kind_map,
-    map_texture,
     over_cells,
     shores,
+)
+from simgl.passes.background.map_levels import (
+    MapLevels,
+    level_texture,
+    map_levels,
+    map_texture,
     size_of,
 )
 from simgl.physics.earth_spectra import cloud_table
@@ -42,7 +49,7 @@ BAND_SAMPLERS = {"land_kind": 13, "cloud_bands": 14}
 WEATHER = ["shore_map", "weather_map", "cloud_chart"]
 
 # The last weathers of the process, which take seconds on software renderers: two of the usual size.
-_weather = LruCache[tuple[Clouds, EarthMaps], Image8](MANY, max_bytes=64 << 20)
+_weather = LruCache[tuple[Clouds, EarthMaps], MapLevels](MANY, max_bytes=86 << 20)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -69,8 +76,10 @@ class EarthTextures:
         self._ctx = ctx
         self._maps: tuple[EarthMaps, Bands] | None = None
         self._ground: list[moderngl.Texture] = []
+        self._ground_levels: list[MapLevels] = []
         self._clouds: Clouds | None = None
         self._weather: list[moderngl.Texture] = []
+        self._weather_levels: MapLevels = ()
         self._halved: dict[int, list[moderngl.Texture]] = {}
         self._tables: list[moderngl.Texture | moderngl.Texture3D] = []
         self._bands: list[moderngl.Texture | moderngl.Texture3D] = []
@@ -99,14 +108,15 @@ class EarthTextures:
         if not self._ground or (earth.maps, earth.bands) != self._maps:
             self.release()
             self._shores = shores(earth.maps)
-            self._ground = ground_textures(self._ctx, earth.maps, earth.bands)
+            self._ground_levels = ground_levels(earth.maps, earth.bands)
+            self._ground = [map_texture(self._ctx, levels) for levels in self._ground_levels]
             self._maps = earth.maps, earth.bands
         if not self._weather or earth.clouds != self._clouds:
             self._forget_weather()
-            codes = self._weather_of(earth)
-            self._weather = [map_texture(self._ctx, codes)]
+            self._weather_levels = self._weather_of(earth)
+            self._weather = [map_texture(self._ctx, self._weather_levels)]
             not_sea, not_land = self._shores
-            high = cell_sums(over_cells(np.maximum, codes[..., 2]) > 0)
+            high = cell_sums(over_cells(np.maximum, self._weather_levels[0][..., 2]) > 0)
             self.cells = MapCells(shores=not_sea, waters=not_land, high_clouds=high)
             self._clouds = earth.clouds
         if not self._tables:
@@ -115,7 +125,7 @@ class EarthTextures:
     def in_bands(self, earth: Earth) -> list[Texture]:
         """What tells land and clouds in bands of a scenario, in the order of ``BAND_SAMPLERS``."""
         if not self._bands:
-            kinds = map_texture(self._ctx, kind_map(earth.maps.land))
+            kinds = map_texture(self._ctx, map_levels(kind_map(earth.maps.land)))
             kinds.filter = (moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR)
             self._bands = [kinds, _table_texture(self._ctx, cloud_table(earth.bands))]
         return list(self._bands)
@@ -169,20 +179,22 @@ class EarthTextures:
 
     def maps_with(self, level: int) -> list[moderngl.Texture]:
         """The maps at a halving alone, in the order of ``MAPS``; those of ``of`` for none."""
-        maps = [*self._ground, *self._weather]
-        if level and level not in self._halved:
+        if not level:
+            return [*self._ground, *self._weather]
+        if level not in self._halved:
+            maps = [*self._ground_levels, self._weather_levels]
             self._halved[level] = [
-                _level_copy(self._ctx, complete, max(level - round(coarser), 0))
-                for complete, coarser in zip(maps, self._coarser, strict=True)
+                level_texture(self._ctx, levels, max(level - round(coarser), 0))
+                for levels, coarser in zip(maps, self._coarser, strict=True)
             ]
-        return self._halved[level] if level else maps
+        return self._halved[level]
 
-    def _weather_of(self, earth: Earth) -> Image8:
+    def _weather_of(self, earth: Earth) -> MapLevels:
         if earth.clouds is None:
-            return np.zeros((1, 1, 4), dtype=np.uint8)
+            return (np.zeros((1, 1, 4), dtype=np.uint8),)
         clouds, maps = earth.clouds, earth.maps
 
-        def made() -> Image8:
+        def made() -> MapLevels:
             if earth.bands == BANDS:
                 return weather_map(self._ctx, clouds, maps, self._ground)
             # Clouds are where the land is green or bare: by R, G, B and N, whatever is drawn.
@@ -202,11 +214,10 @@ class EarthTextures:
         levels, variance = chart(seed)
         self.chart_variance[:, :2], self.cloud_variance[:] = variance[:, :2], variance[:, 2:]
         each = [(codes[..., :4].copy(), codes[..., 4:].copy()) for codes in levels]
-        complete = [_chart_texture(self._ctx, codes) for codes in each[0]]
-        for k, texture in enumerate(complete):
-            texture.build_mipmaps(max_level=len(levels) - 1)
-            for level, codes in enumerate(each):
-                texture.write(codes[k].tobytes(), level=level, alignment=1)
+        complete = [
+            texture_with_levels(self._ctx, halvings) for halvings in zip(*each, strict=True)
+        ]
+        for texture in complete:
             texture.filter = (moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR)
         return [complete, *([_chart_texture(self._ctx, codes) for codes in two] for two in each)]
 
@@ -239,17 +250,6 @@ class EarthTextures:
 def _chart_texture(ctx: moderngl.Context, codes: Image8) -> moderngl.Texture:
     texture = ctx.texture(codes.shape[1::-1], 4, codes.tobytes(), alignment=1)
     texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
-    return texture
-
-
-def _level_copy(ctx: moderngl.Context, complete: moderngl.Texture, level: int) -> moderngl.Texture:
-    """A halving of a map, or its smallest."""
-    level = min(level, max(complete.size).bit_length() - 1)
-    size = max(complete.width >> level, 1), max(complete.height >> level, 1)
-    codes = complete.read(level=level, alignment=1)
-    texture = ctx.texture(size, complete.components, codes, alignment=1)
-    texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
-    texture.repeat_x, texture.repeat_y = complete.repeat_x, complete.repeat_y
     return texture
 
 

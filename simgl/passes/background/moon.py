@@ -12,6 +12,7 @@ from simgl.gpu.pipeline_state import ONE_MINUS_SRC1_COLOR, State
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.uniform_blocks import Block
 from simgl.passes.background.discs import FIELDS, disc_values
+from simgl.passes.background.map_levels import map_levels, map_texture
 from simgl.view.celestial import MoonDisc
 
 _MOON_DISC = Block(
@@ -85,8 +86,5 @@ class MoonPass:
 def _seas_texture(ctx: moderngl.Context) -> moderngl.Texture:
     """The map of the Moon's seas; most scenes show no Moon."""
     with Image.open(assets.data() / "sky" / "moon.png") as image:
-        seas = ctx.texture(image.size, 1, image.convert("L").tobytes(), alignment=1)
-    seas.build_mipmaps()
-    seas.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
-    seas.repeat_x, seas.repeat_y = True, False
-    return seas
+        codes = np.asarray(image.convert("L"))
+    return map_texture(ctx, map_levels(codes[..., None]))

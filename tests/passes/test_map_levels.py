@@ -1,0 +1,73 @@
+"""Levels of the Earth's maps: means of the map itself, in sizes that OpenGL asks for."""
+
+from __future__ import annotations
+
+import moderngl
+import numpy as np
+import pytest
+
+from simgl.arrays import Image8
+from simgl.gpu.context import temporary_context
+from simgl.passes.background.map_levels import level_texture, map_levels, map_texture
+from tests.gpu.osmesa import needs_osmesa
+
+FULL = """
+#version 330 core
+void main() { gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0); }
+"""
+LEVEL = """
+#version 330 core
+uniform sampler2D map;
+uniform float level;
+out vec4 colour;
+void main() { colour = textureLod(map, vec2(0.5), level); }
+"""
+
+
+def seen(ctx: moderngl.Context, texture: moderngl.Texture, level: int) -> list[int]:
+    """Codes in the middle of a level, as a shader reads it."""
+    program, target = ctx.program(FULL, LEVEL), ctx.texture((1, 1), 4)
+    framebuffer, array = ctx.framebuffer([target]), ctx.vertex_array(program, [])
+    program["level"] = level
+    with ctx.scope(framebuffer):
+        texture.use(0)
+        array.render(moderngl.TRIANGLES, vertices=3)
+    codes = list(target.read())
+    for made in (array, framebuffer, target, program):
+        made.release()
+    return codes
+
+
+@pytest.fixture
+def noisy() -> Image8:
+    """Odd in its third level."""
+    return np.random.default_rng(1).integers(60, 200, (300, 600, 2), dtype=np.uint8)
+
+
+def test_levels_halve_down_to_one_texel(noisy: Image8) -> None:
+    sizes = [codes.shape[:2] for codes in map_levels(noisy)]
+    assert sizes[:4] == [(300, 600), (150, 300), (75, 150), (37, 75)]
+    assert sizes[-2:] == [(1, 2), (1, 1)]
+
+
+def test_no_level_drifts_from_the_mean_of_the_map(noisy: Image8) -> None:
+    # A level leaves out a row or a column of an odd one at most; what its one rounding adds is
+    # uniform over a code, and halves with the square root of the number of texels.
+    mean = noisy.mean(axis=(0, 1))
+    for codes in map_levels(noisy):
+        texels = codes[..., 0].size
+        assert np.abs(codes.mean(axis=(0, 1)) - mean).max() < 5.0 * np.sqrt(1.0 / 12.0 / texels)
+
+
+@pytest.mark.parametrize("backend", ["egl", pytest.param("osmesa", marks=needs_osmesa)])
+def test_a_shader_reads_the_levels_that_were_given(backend: str) -> None:
+    levels = tuple(np.full((8 >> k, 16 >> k, 3), 10 * k + 5, dtype=np.uint8) for k in range(4))
+    with temporary_context(backend) as ctx:
+        texture, alone = map_texture(ctx, levels), level_texture(ctx, levels, 2)
+        assert [seen(ctx, texture, k)[:3] for k in range(4)] == [[10 * k + 5] * 3 for k in range(4)]
+        # There is no other level, and none is asked for that was not given.
+        assert seen(ctx, texture, 7)[:3] == [35] * 3
+        assert seen(ctx, alone, 0)[:3] == [25] * 3
+        assert ctx.error == "GL_NO_ERROR"
+        texture.release()
+        alone.release()
