@@ -10,14 +10,16 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from simgl.arrays import Array, Image8
+from simgl.arrays import Array, Array32, Image8
 from simgl.passes.background import earth_textures
 from simgl.passes.background.earth_air import pair_table
+from simgl.passes.background.map_levels import MapLevels, map_levels
 from simgl.physics.band_air import air_in_bands
 from simgl.physics.spectrum import BANDS as DEFAULT
 from simgl.physics.spectrum import Bands
 from simgl.scenario.loader import scenario_from_dict
 from simgl.scene.earth import Clouds, Earth, EarthMaps, load_map
+from simgl.scene.noise_projection import LEVELS
 from simgl.simulator import Product, Simulator
 from tests.passes.band_scenes import ORBIT, over_earth
 from tests.scenes import Table
@@ -108,11 +110,15 @@ def test_clouds_are_made_of_the_default_s_land_in_any_bands(
     maps = EarthMaps(land=load_map(tmp_path / "land.png", "RGB"))
     seen: list[bytes] = []
 
-    def drawn(_ctx: object, _clouds: object, _maps: object, ground: Any) -> Image8:
+    def drawn(_ctx: object, _clouds: object, _maps: object, ground: Any) -> MapLevels:
         seen.append(ground[0].read())
-        return np.zeros((256, 512, 4), dtype=np.uint8)
+        return map_levels(np.zeros((256, 512, 4), dtype=np.uint8))
+
+    def small_chart(_seed: int) -> tuple[list[Image8], Array32]:
+        return [np.zeros((2, 2, 8), dtype=np.uint8)], np.zeros((LEVELS, 6), dtype=np.float32)
 
     monkeypatch.setattr(earth_textures, "weather_map", drawn)
+    monkeypatch.setattr(earth_textures, "chart", small_chart)
     edges = ((1550e-9, 1700e-9),)
     for bands, seed in ((DEFAULT, 901), (Bands(names=("s",), edges=edges), 902)):
         textures = earth_textures.EarthTextures(gl)
