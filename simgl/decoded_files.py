@@ -93,8 +93,8 @@ def _member(archive: zipfile.ZipFile, info: zipfile.ZipInfo, content: bytes) -> 
 def arrays_in(content: bytes) -> dict[str, AnyArray]:
     """The arrays of a .npz file by name; ValueError for a damaged one: each has a checksum.
 
-    An array of bytes that fills most of the file, such as a map of the Earth of 130 MB, is not
-    copied, and read-only.
+    Arrays of bytes that fill much of the file, such as a map of the Earth of 130 MB and its first
+    halvings, are not copied, and read-only.
     """
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
@@ -102,7 +102,7 @@ def arrays_in(content: bytes) -> dict[str, AnyArray]:
                 raise ValueError("holds arrays of more than 4 GiB")
             return {
                 info.filename.removesuffix(".npy"): array_in(
-                    _member(archive, info, content), view=2 * info.file_size > len(content)
+                    _member(archive, info, content), view=32 * info.file_size > len(content)
                 )
                 for info in archive.infolist()
             }

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import moderngl
@@ -241,12 +243,15 @@ def cell_sums(cells: Mask) -> IndexArray:
 
 def ground_levels(maps: EarthMaps, bands: Bands = BANDS) -> list[MapLevels]:
     """``land_map_in_bands``, ``form_map``, ``shore_map`` and ``lamp_map``."""
-    return [
-        land_map_in_bands(maps.land, bands),
-        form_map(),
-        shore_map(maps.water),
-        lamp_map(maps.night),
+    each: list[Callable[[], MapLevels]] = [
+        lambda: land_map_in_bands(maps.land, bands),
+        form_map,
+        lambda: shore_map(maps.water),
+        lambda: lamp_map(maps.night),
     ]
+    # Files are read, checked and decoded without Python's lock.
+    with ThreadPoolExecutor(thread_name_prefix="simgl-map") as threads:
+        return list(threads.map(lambda one: one(), each))
 
 
 def ground_textures(
