@@ -32,7 +32,7 @@ _MIN_LIT = 1.0 / 16.0
 _LIMB_SAMPLES, _THINNEST_CRESCENT = 38.0, float(np.cos(np.radians(160.0)))
 # Of the budget, for spacecraft that need more than it gives them; and up to so many times that they
 # may need, for half of what they need leaves their centre within 0.02 px. More would be in vain.
-_MAX_BUDGETS, _USEFUL_NEED = 4, 2.0
+_MAX_BUDGETS, USEFUL_NEED = 4, 2.0
 
 
 @dataclass(frozen=True)
@@ -109,5 +109,5 @@ def choose_sample_grid(
         for budget in (sample_budget, _MAX_BUDGETS * sample_budget)
     )
     wanted = finest if samples_per_pixel is None else samples_per_pixel
-    possible = max_finest if needed <= _USEFUL_NEED * max_finest else finest
+    possible = max_finest if needed <= USEFUL_NEED * max_finest else finest
     return rotated_sample_grid(max(wanted, min(needed, possible)))

@@ -119,34 +119,25 @@ class ResolvePass:
         lens: DistortedView | None,
         ramps: Ramps = SHARP,
     ) -> None:
-        box = tile.x, tile.y, tile.width, tile.height
         groups = dict(zip(CELL_GROUPS, points.groups, strict=True))
         if tile.window is not None:
             # A cell there has no more than four samples.
             groups = {"cell_groups": groups["cell_groups"]}
         textures = groups | {"block_pages": points.block_pages, "points": radiance}
         defines = [] if tile.window is None else ["WINDOW"]
-        soft = ramps != SHARP
-        if soft:
-            box = _with_neighbours(box)
+        if ramps != SHARP:
             defines.append("SOFT")
-        core = tile.core
-        if lens is None:
-            core = _within(core, (0, 0, *target.size))
-            if soft:
-                x0, y0, x1, y1 = (int(edge) for edge in _within(core, _corners(box)))
-                box = x0, y0, x1 - x0, y1 - y0
-        else:
-            box = _distorted_box(tile, lens.field, 1 if soft else 0)
+        if lens is not None:
             textures["places"] = lens.places
             defines.append("DISTORTED")
-        state.apply(self._ctx, target, (0, 0, *target.size), box)
         self._tile.write(tile_values(tile, tile.slices[0]))
         self._tile.bind()
-        self._program_for(tuple(defines), list(textures)).draw(
-            _values(tile, ramps, by_cells=lens is None and tile.window is None) | {"core": core},
-            list(textures.values()),
-        )
+        program = self._program_for(tuple(defines), list(textures))
+        values = _values(tile, ramps, by_cells=lens is None and tile.window is None)
+        for core in tile.cores or (tile.core,):
+            box, values["core"] = _box_and_core(tile, core, target, lens, soft=ramps != SHARP)
+            state.apply(self._ctx, target, (0, 0, *target.size), box)
+            program.draw(values, list(textures.values()))
 
     def _program_for(self, defines: tuple[str, ...], samplers: list[str]) -> FullscreenProgram:
         if defines not in self._programs:
@@ -176,6 +167,31 @@ def _corners(box: tuple[int, int, int, int]) -> tuple[int, int, int, int]:
 def _within(a: Sequence[float], b: Sequence[float]) -> tuple[float, ...]:
     """The part of a box x0, y0, x1, y1 within another."""
     return (*map(max, a[:2], b[:2]), *map(min, a[2:], b[2:]))
+
+
+def _around(a: Sequence[float], b: Sequence[float]) -> tuple[float, ...]:
+    """The smallest box x0, y0, x1, y1 around two others."""
+    return (*map(min, a[:2], b[:2]), *map(max, a[2:], b[2:]))
+
+
+def _box_and_core(
+    tile: RasterTile,
+    core: tuple[float, ...],
+    target: moderngl.Framebuffer,
+    lens: DistortedView | None,
+    *,
+    soft: bool,
+) -> tuple[tuple[int, int, int, int], tuple[float, ...]]:
+    """x, y, width, height of the pixels to draw, and the shader's ``core``.
+
+    core : of the tile that is averaged; soft : with ramps between pixels
+    """
+    if lens is not None:
+        return _distorted_box(tile, lens.field, 1 if soft else 0), core
+    box = tile.x, tile.y, tile.width, tile.height
+    seen = _corners(_with_neighbours(box) if soft else box)
+    x0, y0, x1, y1 = (int(edge) for edge in _within(_within(core, (0, 0, *target.size)), seen))
+    return (x0, y0, x1 - x0, y1 - y0), _around(tile.core, _corners(box))
 
 
 def _distorted_box(tile: RasterTile, field: PinholeField, wider: int) -> tuple[int, int, int, int]:

@@ -4,7 +4,7 @@ A bake traces rays from a body's surfaces once (``bake``, with ``remesh``, ``pat
 ``gather_points``, ``occlusion``, ``hemisphere``); its result, a ``light_transport``, stays in
 memory and in files (``transport_store``). In each frame ``patch_light`` solves for the light that
 leaves the patches under the ``incident_light``, by ``solver`` and what it has precomputed
-(``precomputed_response``, ``sunlit_patches``). ``final_gather`` is the slow reference: rays from
-single points. May import ``rays``, ``scene`` and what lies below; knows no OpenGL. A new kind of
-light belongs into ``incident_light`` and ``patch_light``.
+(``precomputed_response``, ``sunlit_patches``, ``sky_cells``). ``final_gather`` is the slow
+reference: rays from single points. May import ``rays``, ``scene`` and what lies below; knows no
+OpenGL. A new kind of light belongs into ``incident_light`` and ``patch_light``.
 """

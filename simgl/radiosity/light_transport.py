@@ -9,8 +9,8 @@ import numpy as np
 from scipy import sparse
 
 from simgl.arrays import Array32, IndexArray, Mask
-from simgl.environment_map import SkyRadiance, cell_radiance
-from simgl.radiosity.hemisphere import CELLS_ACROSS
+from simgl.environment_map import SkyRadiance
+from simgl.radiosity.sky_cells import sky_cells
 from simgl.rays import AnyRayTracer, RayTracer
 from simgl.scene.mesh import Mesh
 
@@ -151,8 +151,8 @@ class LightTransport:
         return self.mesh.digest
 
     def cells_of(self, sky: SkyRadiance) -> Array32:
-        """(96, 4) mean radiance of the cells of the sky [W m-2 sr-1]."""
-        return cell_radiance(sky, CELLS_ACROSS)
+        """(96, 4) radiance of the cells of the sky [W m-2 sr-1]."""
+        return sky_cells(sky)
 
     @property
     def nbytes(self) -> int:

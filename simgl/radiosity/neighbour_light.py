@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simgl.arrays import Array, Array32
-from simgl.environment_map import SkyRadiance, cell_radiance, turned
+from simgl.environment_map import SkyRadiance, turned
 from simgl.lru_cache import MANY, LruCache
 from simgl.radiosity.between_spacecraft import (
     LightPath,
@@ -17,10 +17,10 @@ from simgl.radiosity.between_spacecraft import (
     sun_cosines,
 )
 from simgl.radiosity.convex_transport import convex_transport
-from simgl.radiosity.hemisphere import CELLS_ACROSS
 from simgl.radiosity.incident_light import IncidentLight, LitNeighbour
 from simgl.radiosity.light_transport import GatherMatrix, LightTransport
 from simgl.radiosity.patch_light import PatchLight
+from simgl.radiosity.sky_cells import sky_cells
 from simgl.radiosity.transport_store import MAX_BYTES, JointLight, TransportStore
 from simgl.scene.spacecraft import SpacecraftModel
 
@@ -119,7 +119,7 @@ class NeighbourLight:
         places, _, of_row = receiver.places
         at_places = np.zeros((len(places), 4), dtype=np.float32)
         hidden = np.zeros(len(places), dtype=np.float32)
-        cells = None if sky is None else cell_radiance(sky, CELLS_ACROSS).mean(axis=1)
+        cells = None if sky is None else sky_cells(sky).mean(axis=1)
         for near, light in zip(neighbours, sent_by, strict=True):
             at_places += near.to_body.at_places(light)
             if cells is not None:

@@ -9,19 +9,12 @@ import numpy as np
 from scipy import sparse
 
 from simgl.arrays import Array, Array32, IndexArray
-from simgl.environment_map import (
-    SkyRadiance,
-    cell_radiance,
-    cube_directions,
-    cube_solid_angles,
-)
-from simgl.radiosity.hemisphere import CELLS_ACROSS, SKY_CELLS, sky_cell
+from simgl.environment_map import SkyRadiance, cell_radiance, cube_directions
+from simgl.radiosity.hemisphere import sky_cell
 from simgl.radiosity.light_transport import Between, GatherMatrix, LightTransport
+from simgl.radiosity.sky_cells import FINE_ACROSS, balanced, parts_of_cells
 from simgl.rays import AnyRayTracer, ray_tracer
 from simgl.scene.posed_mesh import PosedMesh
-
-# Directions across a cell of the sky of a group that is turned.
-_LOOKS_ACROSS = 4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -53,7 +46,7 @@ class PosedTransport(LightTransport):
     @property
     def nbytes(self) -> int:
         """Size of what it does not share with other poses."""
-        arrays = [self.points, self.normals, self.point_open, *self._looks]
+        arrays = [self.points, self.normals, self.point_open, self._looks]
         for f in fields(self.between):
             arrays += _arrays(getattr(self.between, f.name))
         for matrix in (self.form_factors, self.sky):
@@ -71,28 +64,16 @@ class PosedTransport(LightTransport):
         return replace(self.separate, between=self.between)
 
     def cells_of(self, sky: SkyRadiance) -> Array32:
-        """(96 g, 4) mean radiance of the cells of the sky [W m-2 sr-1]."""
-        cell, weight = self._looks
-        fine = cell_radiance(sky, CELLS_ACROSS * _LOOKS_ACROSS)
-        return np.asarray(np.einsum("cl,gclb->gcb", weight, fine[cell])).reshape(-1, 4)
+        """(96 g, 4) radiance of the cells of the sky [W m-2 sr-1]."""
+        fine = cell_radiance(sky, FINE_ACROSS)
+        return np.concatenate([balanced(fine[parts]) for parts in self._looks])
 
     @cached_property
-    def _looks(self) -> tuple[IndexArray, Array32]:
-        """(g, 96, l) finer cells that each cell of a group looks at, and their weights (96, l)."""
-        across = CELLS_ACROSS * _LOOKS_ACROSS
-        directions = _by_cell(cube_directions(across))
-        areas = np.broadcast_to(cube_solid_angles(across), (6, across, across))
-        weight = _by_cell(areas[..., None])[..., 0]
+    def _looks(self) -> IndexArray:
+        """(g, 96, l) parts of cells in body axes at which those of each group's cells look."""
+        directions = cube_directions(FINE_ACROSS).reshape(-1, 3)[parts_of_cells()]
         turned = np.einsum("gij,clj->gcli", self.group_turns, directions)
-        share = weight / weight.sum(axis=1, keepdims=True)
-        return sky_cell(turned, across), share.astype(np.float32)
-
-
-def _by_cell(values: Array) -> Array:
-    """(96, l, k) from (6, n, n, k): what lies in each cell of the sky."""
-    a, b = CELLS_ACROSS, _LOOKS_ACROSS
-    blocks = values.reshape(6, a, b, a, b, -1).transpose(0, 1, 3, 2, 4, 5)
-    return blocks.reshape(SKY_CELLS, b * b, -1)
+        return sky_cell(turned, FINE_ACROSS)
 
 
 def _arrays(matrix: sparse.csr_matrix) -> list[Array]:

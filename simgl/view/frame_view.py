@@ -22,9 +22,10 @@ from simgl.scene.state import CameraState, SceneState, SunSeen
 from simgl.view.background import Background, background
 from simgl.view.exposure_parts import ExposurePart
 from simgl.view.lamp_views import LampView, lamp_views
-from simgl.view.raster_tiles import RasterTile, parts, pixel_centre_tile, raster_tiles
+from simgl.view.raster_tiles import RasterTile, pixel_centre_tile, raster_tiles
 from simgl.view.row_clock import RowClock, pose_motion
 from simgl.view.spacecraft_view import SpacecraftView, spacecraft_views
+from simgl.view.tile_parts import parts
 
 Gather = Literal["vertex", "pixel"]
 
@@ -249,10 +250,11 @@ def truth_tile(view: FrameView) -> RasterTile | None:
 
 
 def lit_parts(tile: RasterTile, view: FrameView) -> list[RasterTile]:
-    """A tile of a view in parts of so many samples as can be lit at once."""
+    """A tile of a view in parts of so many samples as can be lit at once, finer along lit limbs."""
     columns, rows = tile.raster_size
-    if columns * rows <= _SAMPLES_AT_ONCE:
+    if columns * rows <= _SAMPLES_AT_ONCE and not tile.cuts:
         return [tile]
     if view.field is None:
-        return parts(tile, view.camera, _SAMPLES_AT_ONCE)
+        # A ramp brings light from the next pixel.
+        return parts(tile, view.camera, _SAMPLES_AT_ONCE, int(view.ramps != SHARP))
     return parts(tile, view.field.pinhole, _SAMPLES_AT_ONCE, view.field.reach)

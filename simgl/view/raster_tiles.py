@@ -13,13 +13,16 @@ from simgl.arrays import Array, Array32, IndexArray
 from simgl.camera.camera import Camera
 from simgl.sample_grid import PIXEL_CENTRES, SampleGrid, choose_sample_grid, target_samples
 from simgl.scene.mesh import hull_edges
+from simgl.view.image_box import Box
+from simgl.view.lit_limbs import Limb, limb_boxes
 from simgl.view.small_targets import CELL as WINDOW_CELL
 from simgl.view.small_targets import (
     RasterWindow,
+    convex_outline,
+    enclosed_area,
     in_pixels,
     is_small,
     nearer,
-    outline_area,
     raster_window,
 )
 from simgl.view.spacecraft_view import (
@@ -37,8 +40,6 @@ SLICE_RATIO = 64.0
 _BEYOND = (-1e9, 1e9)
 # Of an outline seen edge on [px^2].
 _MIN_AREA = 1e-9
-
-Box = tuple[int, int, int, int]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -85,6 +86,8 @@ class RasterTile:
     spacecraft : as they are drawn
     window : of spacecraft too small for a raster of all the pixels; these have no edges
     core : x0, y0, x1, y1 of what is averaged from it: a distorting lens's pixels by their middles
+    cuts : boxes of it, and the sample grid that each is drawn on; () where all of it is on its own
+    cores : where not all of the core is averaged from it, the parts that are
     """
 
     x: int
@@ -101,6 +104,8 @@ class RasterTile:
     spacecraft: tuple[SpacecraftView, ...]
     window: RasterWindow | None = None
     core: tuple[float, ...] = (*_BEYOND[:1] * 2, *_BEYOND[1:] * 2)
+    cuts: tuple[tuple[Box, SampleGrid], ...] = ()
+    cores: tuple[tuple[float, ...], ...] = ()
 
     @property
     def raster_size(self) -> tuple[int, int]:
@@ -110,46 +115,12 @@ class RasterTile:
         return self.sample_grid.raster_size(self.width, self.height)
 
 
-def parts(tile: RasterTile, camera: Camera, max_samples: int, margin: int = 0) -> list[RasterTile]:
-    """A tile cut into tiles of no more samples than that each, without margins; a pixel at least.
-
-    margin : pixels that they hold beyond the cuts; no more than ``core`` is averaged from each
-    """
-    box = tile.x, tile.y, tile.x + tile.width, tile.y + tile.height
-    return [_part(tile, core, margin, camera) for core in _cut(box, tile.sample_grid, max_samples)]
-
-
-def _cut(box: Box, sample_grid: SampleGrid, max_samples: int) -> list[Box]:
-    """A box cut into halves, quarters and so on of no more samples than that each."""
-    x0, y0, x1, y1 = box
-    w, h = x1 - x0, y1 - y0
-    columns, rows = sample_grid.raster_size(w, h)
-    if columns * rows <= max_samples or max(w, h) == 1:
-        return [box]
-    if w >= h:
-        halves = (x0, y0, x0 + w // 2, y1), (x0 + w // 2, y0, x1, y1)
-    else:
-        halves = (x0, y0, x1, y0 + h // 2), (x0, y0 + h // 2, x1, y1)
-    return [part for half in halves for part in _cut(half, sample_grid, max_samples)]
-
-
-def _part(tile: RasterTile, core: Box, margin: int, camera: Camera) -> RasterTile:
-    x0, y0 = tile.x, tile.y
-    x1, y1 = x0 + tile.width, y0 + tile.height
-    a, b, c, d = core
-    box = max(a - margin, x0), max(b - margin, y0), min(c + margin, x1), min(d + margin, y1)
-    part = _tile(box, tile.spacecraft, tile.depths, camera, tile.sample_grid)
-    # Pixels across the tile's own edges belong to the parts there.
-    ends = zip((a, b, c, d), (x0, y0, x1, y1), tile.core, strict=True)
-    return replace(part, core=tuple(far if at == edge else at for at, edge, far in ends))
-
-
 def pixel_centre_tile(spacecraft: tuple[SpacecraftView, ...], camera: Camera) -> RasterTile:
     """One tile over the whole image with a single sample at each pixel's centre."""
     d = camera.detector
     depths = np.concatenate([hull_in_camera(one)[:, 2] for one in spacecraft])
     box = 0, 0, d.width, d.height
-    return _tile(box, spacecraft, _depth_slices(depths), camera, PIXEL_CENTRES)
+    return tile_of(box, spacecraft, _depth_slices(depths), camera, PIXEL_CENTRES)
 
 
 def _float32(values: Array) -> Array32:
@@ -192,8 +163,9 @@ class _Target:
 
     hull : (n, 3) of what lies before the camera, camera axes [m]
     box : x0, y0, x1, y1 of the pixels that the hull can touch
-    outline : (n, 2) of the hull [px]
+    outline : (n, 2) of the hull, its ``convex_outline`` [px]
     area : of the outline [px^2]
+    margin : by which it lies elsewhere where it moves [px]
     settled : where it moves, the same as it stands at its own middle's time
     """
 
@@ -202,6 +174,7 @@ class _Target:
     box: Box
     outline: Array
     area: float
+    margin: float = 0.0
     settled: _Target | None = None
 
     @cached_property
@@ -210,6 +183,25 @@ class _Target:
         middle = self.hull.mean(axis=0)
         cosine = -float(middle @ self.view.sun_direction) / float(np.linalg.norm(middle))
         return target_samples(cosine, float(np.sqrt(4.0 / np.pi * self.area)))
+
+    @property
+    def samples_per_pixel(self) -> float:
+        """That its outline needs."""
+        return self.samples / max(self.area, _MIN_AREA)
+
+    @property
+    def limb(self) -> Limb:
+        """Its limb, towards the Sun's place in the image."""
+        x, y, depth = self.hull.mean(axis=0)
+        across, down, along = self.view.sun_direction.astype(np.float64)
+        depth = max(depth, NEAREST)
+        to_sun = np.array([across - along * x / depth, down - along * y / depth])
+        return Limb(
+            outline=self.outline,
+            to_sun=to_sun,
+            samples_per_pixel=self.samples_per_pixel,
+            margin=self.margin,
+        )
 
     def is_small(self, sample_budget: int) -> bool:
         """Whether that is more than a raster of pixels can hold."""
@@ -232,7 +224,7 @@ def _target(
     posed = view.model.posed_mesh
     # Those of its stored points, which stay while it moves as one.
     edges = None if view.motion is not None else lambda: posed.hull_edges
-    outline = in_pixels(_before_the_camera(hull, edges), camera)
+    outline = convex_outline(in_pixels(_before_the_camera(hull, edges), camera))
     margin, settled, low, high = 0.0, None, outline.min(axis=0), outline.max(axis=0)
     if view.motion is not None:
         settled = _target(settled_view(view), camera, rows)
@@ -248,7 +240,8 @@ def _target(
         hull=hull,
         box=box,
         outline=outline,
-        area=outline_area(outline),
+        area=enclosed_area(outline),
+        margin=margin,
         settled=settled,
     )
 
@@ -336,11 +329,13 @@ def raster_tiles(
             tiles.append(_window_tile(group, camera, with_lamps=with_lamps))
             continue
         pixels = (group.box[2] - group.box[0]) * (group.box[3] - group.box[1])
-        needed = max(one.samples / max(one.area, _MIN_AREA) for one in group.targets)
+        needed = max(one.samples_per_pixel for one in group.targets)
         sample_grid = choose_sample_grid(pixels, sample_budget, samples_per_pixel, needed)
         together = tuple(one.view for one in group.targets)
         slices = _depth_slices(group.hull[:, 2])
-        tiles.append(_tile(group.box, together, slices, camera, sample_grid))
+        tile = tile_of(group.box, together, slices, camera, sample_grid)
+        limbs = [one.limb for one in group.targets]
+        tiles.append(replace(tile, cuts=limb_boxes(group.box, sample_grid, limbs, sample_budget)))
     if rows is not None:
         core = _BEYOND[0], float(rows[0]), _BEYOND[1], float(rows[1])
         tiles = [replace(tile, core=core) for tile in tiles]
@@ -360,7 +355,7 @@ def _window_tile(group: _Group, camera: Camera, *, with_lamps: bool) -> RasterTi
     samples = max(one.samples for one in group.targets)
     window = raster_window(hull, factor, camera, samples)
     slices = _depth_slices(hull[:, 2])
-    return _tile(group.box, views, slices, camera, window.sample_grid, window)
+    return tile_of(group.box, views, slices, camera, window.sample_grid, window)
 
 
 def _overlap(a: tuple[int, int, int, int], b: tuple[int, int, int, int]) -> bool:
@@ -371,7 +366,7 @@ def _union(a: tuple[int, int, int, int], b: tuple[int, int, int, int]) -> tuple[
     return min(a[0], b[0]), min(a[1], b[1]), max(a[2], b[2]), max(a[3], b[3])
 
 
-def _tile(
+def tile_of(
     box: tuple[int, int, int, int],
     spacecraft: tuple[SpacecraftView, ...],
     depths: tuple[tuple[float, float], ...],

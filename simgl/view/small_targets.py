@@ -92,17 +92,29 @@ def _chain(points: Array) -> Array:
     return points
 
 
-def outline_area(outline: Array) -> float:
-    """Area of the convex hull of points (n, 2); 0 where they lie on a line."""
+def convex_outline(outline: Array) -> Array:
+    """(m, 2) corners of the convex hull of points (n, 2) in order, to the left of each its outside;
+    two where all lie on a line."""
     # About one of them, for far from the origin rounding would show.
-    outline = outline - outline[0]
+    first = outline[0]
+    outline = outline - first
     if len(outline) > _MANY:
         outline = _outer(outline)
     points = outline[np.lexsort((outline[:, 1], outline[:, 0]))]
     points = points[np.append(True, np.any(points[1:] != points[:-1], axis=1))]
-    around = np.concatenate([_chain(points), -_chain(-points[::-1])])
-    (x, y), (next_x, next_y) = around.T, np.roll(around, -1, axis=0).T
+    around = np.concatenate([_chain(points)[:-1], -_chain(-points[::-1])[:-1]])
+    return np.asarray(first + around)
+
+
+def enclosed_area(corners: Array) -> float:
+    """Area that a ``convex_outline`` (n, 2) encloses; 0 of a line."""
+    (x, y), (next_x, next_y) = (corners - corners[:1]).T, np.roll(corners - corners[:1], -1, 0).T
     return 0.5 * abs(float(np.sum(x * next_y - next_x * y)))
+
+
+def outline_area(outline: Array) -> float:
+    """Area of the convex hull of points (n, 2); 0 where they lie on a line."""
+    return enclosed_area(convex_outline(outline))
 
 
 def is_small(outline: Array, area: float, pixels: int, samples: float, sample_budget: int) -> bool:

@@ -9,7 +9,7 @@ import moderngl
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.view.background import Background, Moonlight, PlanetView
-from simgl.view.raster_tiles import Box
+from simgl.view.image_box import Box
 
 # Pixels larger than this [m] resolve nothing of the chart.
 _FAR = 6e3

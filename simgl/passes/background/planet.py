@@ -67,7 +67,7 @@ from simgl.view.background_tiles import (
     split,
     tiles_of,
 )
-from simgl.view.raster_tiles import Box
+from simgl.view.image_box import Box
 
 # An image whose pixels are shorter than the maps' texels by this factor where it looks straight
 # down needs no mipmaps, which cost software renderers more than all the rest.
