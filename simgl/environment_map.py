@@ -118,24 +118,22 @@ def _component(axes: Array, face: IndexArray, directions: Array) -> Array:
     return sign[face] * np.take_along_axis(directions, number[face][..., None], axis=-1)[..., 0]
 
 
-def with_faces_drawn_out(radiance: Array32, texels: Sequence[int]) -> Array32:
-    """(6, n, n, 4) radiance of which each face so far fills its first rows and columns.
+def draw_faces_out(radiance: Array32, texels: Sequence[int]) -> None:
+    """Make whole, in place, radiance (6, n, n, 4) of which each face fills its first rows and
+    columns.
 
     texels : rows and columns of each face, n or a whole part of it
     """
     n = radiance.shape[1]
-    if min(texels) == n:
-        return radiance
-    return np.stack(
-        [
-            face[:edge, :edge].repeat(n // edge, axis=0).repeat(n // edge, axis=1)
-            for face, edge in zip(radiance, texels, strict=True)
-        ]
-    )
+    for face, edge in zip(radiance, texels, strict=True):
+        if edge < n:
+            each = n // edge
+            coarse = face[:edge, :edge].copy()
+            face.reshape(edge, each, edge, each, 4)[...] = coarse[:, None, :, None]
 
 
-def with_small_light(radiance: Array32, direction: Array32, irradiance: Array32) -> Array32:
-    """(6, n, n, 4) radiance with a light smaller than a texel [W m-2 sr-1].
+def add_small_light(radiance: Array32, direction: Array32, irradiance: Array32) -> None:
+    """Add a light smaller than a texel to radiance (6, n, n, 4) [W m-2 sr-1], in place.
 
     It is spread over the four texels around it, at a face's edge over those of that face.
 
@@ -145,12 +143,10 @@ def with_small_light(radiance: Array32, direction: Array32, irradiance: Array32)
     face = int(cube_cell(direction.astype(np.float64), 1))
     along = FORWARD[face] @ direction
     across, down = float(RIGHT[face] @ direction / along), float(DOWN[face] @ direction / along)
-    result = radiance.copy()
     for j, of_row in _two_texels(down, n):
         for i, of_column in _two_texels(across, n):
             share = of_row * of_column / cube_solid_angles(n)[j, i]
-            result[face, j, i] += np.float32(share) * irradiance
-    return result
+            radiance[face, j, i] += np.float32(share) * irradiance
 
 
 def _two_texels(place: float, n: int) -> list[tuple[int, float]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from itertools import chain
 
 import moderngl
@@ -45,6 +46,7 @@ from simgl.radiosity.final_gather import LitBody
 from simgl.radiosity.transport_store import JointLight, TransportStore
 from simgl.scene.earth import Earth
 from simgl.scene.spacecraft import SpacecraftModel
+from simgl.side_work import side_work
 from simgl.sky_renderer import SkyRenderer
 from simgl.thermal.infrared_surroundings import InfraredSurroundings
 from simgl.thermal.thermal_view import ThermalView
@@ -136,14 +138,12 @@ class Renderer:
     ) -> None:
         """Trace how the surfaces of models see each other, and make the tables of the Earth's air
         and the Earth's maps, so that no frame waits for it."""
-        if earth is not None:
-            begin_stage(progress, "tables of the air")
-            self._air.prepare(earth, progress)
-            self._planet.prepare(earth, progress)
-            self._probes.prepare()
-        for model in models:
-            begin_stage(progress, f"light between surfaces of {model.name}")
-            self._transports.prepare(model, joint_light, progress)
+        with side_work(partial(self._transports.prepare, models, joint_light), progress):
+            if earth is not None:
+                begin_stage(progress, "tables of the air")
+                self._air.prepare(earth, progress)
+                self._planet.prepare(earth, progress)
+                self._probes.prepare()
 
     def radiance(self, view: FrameView) -> ImageTarget:
         """Radiance per band [W m-2 sr-1], RGBA32F; valid until the next call at this size."""

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import moderngl
+import numpy as np
 
-from simgl.environment_map import SkyRadiance, with_faces_drawn_out, with_small_light
+from simgl.environment_map import SkyRadiance, add_small_light, draw_faces_out
 from simgl.gpu.release import release_all
 from simgl.gpu.render_targets import Format, TargetStore
 from simgl.lru_cache import LruCache
@@ -32,10 +33,12 @@ class SkyRenderer:
         texels = view.texels
         target = self._targets.of("sky", (texels, 6 * texels), _BANDS)
         self._planet.draw_sky(view, target.framebuffer)
-        drawn = target.read().reshape(6, texels, texels, 4)
-        radiance = with_faces_drawn_out(drawn, view.face_texels)
+        # In place from here on: at the limb's fineness a copy takes milliseconds.
+        radiance = np.empty((6, texels, texels, 4), dtype=np.float32)
+        target.read_into(radiance)
+        draw_faces_out(radiance, view.face_texels)
         if view.moon is not None:
-            radiance = with_small_light(radiance, view.moon.direction, view.moon.irradiance)
+            add_small_light(radiance, view.moon.direction, view.moon.irradiance)
         return SkyRadiance(radiance=radiance)
 
     def release(self) -> None:

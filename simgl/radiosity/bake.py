@@ -119,7 +119,8 @@ def traced(
     points = gather_points_of(fine, sides)
     if sides == 1:
         points = moved_into_open(fine, tracer, points)
-    total = 3 * len(points.origins) + settings.patches
+    number = len(points.origins)
+    total = 4 * number
     report(0, total)
     seen = cast(fine, tracer, points, sides, settings.gather_rays, lambda done: report(done, total))
     exposure = np.concatenate(
@@ -144,10 +145,9 @@ def traced(
         index,
         max(settings.sun_rays - settings.gather_rays, 0),
         False,
-        lambda done: report(len(points.origins) + 2 * done, total),
+        lambda done: report(number + 2 * done, total),
     )
     factors, sky, point_open = patch_form_factors(fine, tracer, sides, patches, settings.patch_rays)
-    report(total, total)
     used, of_vertex = _points_of_vertices(fine, points, seen.buried)
     transport = _assembled(
         fine,
@@ -159,7 +159,15 @@ def traced(
         (factors, sky, point_open),
         settings,
     )
-    grids, at_nodes = light_grids(transport, tracer, index, settings.grids, settings.grid_rays)
+    grids, at_nodes = light_grids(
+        transport,
+        tracer,
+        index,
+        settings.grids,
+        settings.grid_rays,
+        lambda done, count: report(3 * number + number * done // count, total),
+    )
+    report(total, total)
     cells = patch_cells(fine, index, by_sun.of_rows(used), at_nodes)
     return replace(transport, cells=cells, grids=grids)
 

@@ -186,8 +186,8 @@ def cast(
         triangle, distance = tracer.hits(origins.reshape(-1, 3), directions)
         met = np.flatnonzero(triangle >= 0)
         triangle = triangle[met].astype(np.int64)
-        along = np.einsum("ij,ij->i", faces[triangle], directions[met])
-        behind = along > 0.0
+        towards = faces.take(triangle, axis=0), directions.take(met, axis=0)
+        behind = np.einsum("ij,ij->i", *towards) > 0.0
         # Rays of a place inside another part count for nothing; the others stand for them.
         place = met // rays * PLACES + met % PLACES
         inside = np.bincount(place[behind], minlength=(stop - start) * PLACES)
@@ -228,9 +228,11 @@ def _turned(normals: Array, pattern: Array) -> Array:
 def _sums(
     rows: IndexArray, columns: IndexArray, values: list[Array], shape: tuple[int, int]
 ) -> sparse.csr_matrix:
-    """The values of each (row, column) together, as float32, without zeros."""
+    """The values of each (row, column) together, as float32, without zeros; rows ascend."""
     data = np.concatenate(values).astype(np.float32)
-    sums = sparse.coo_matrix((data, (rows, columns)), shape=shape).tocsr()
+    ends = np.append(0, np.cumsum(np.bincount(rows, minlength=shape[0])))
+    sums = sparse.csr_matrix((data, columns, ends), shape=shape)
+    sums.sum_duplicates()
     sums.eliminate_zeros()
     return sums
 

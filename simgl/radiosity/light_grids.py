@@ -10,6 +10,7 @@ import numpy as np
 from scipy import sparse
 
 from simgl.arrays import Array, Array32, IndexArray, Mask
+from simgl.progress import ProgressCallback
 from simgl.radiosity.gather_points import face_normals, gather_points_of, nearest_open
 from simgl.radiosity.light_transport import LightGrids, LightTransport
 from simgl.radiosity.occlusion import moved_into_open
@@ -47,7 +48,12 @@ _EQUAL = 1e-6
 
 
 def light_grids(
-    transport: LightTransport, tracer: RayTracer, index: CellIndex, count: int, rays: int
+    transport: LightTransport,
+    tracer: RayTracer,
+    index: CellIndex,
+    count: int,
+    rays: int,
+    report: ProgressCallback,
 ) -> tuple[LightGrids, SeenCells] | tuple[None, None]:
     """Grids on up to so many triangles, those where most light is uneven, and the cells that their
     gather points see; nothing where light is even.
@@ -68,7 +74,17 @@ def light_grids(
     if sides == 1:
         points = moved_into_open(fine, tracer, points, mesh, _TRIED_EACH)
     every = np.ones(len(points.origins), dtype=np.bool_)
-    seen, buried = cells_seen(mesh, tracer, points, every, sides, index, rays, True, lambda _: None)
+    seen, buried = cells_seen(
+        mesh,
+        tracer,
+        points,
+        every,
+        sides,
+        index,
+        rays,
+        True,
+        lambda done: report(done, len(every)),
+    )
     rows = nearest_open(fine, points, buried)[points.of_vertex]
     used, of_node = np.unique(rows, return_inverse=True)
     of_node = np.moveaxis(of_node.reshape(sides, len(chosen), NODES), 0, 2)

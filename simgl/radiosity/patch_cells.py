@@ -49,12 +49,18 @@ class CellIndex:
 
     def of(self, side: IndexArray, places: Array32) -> IndexArray:
         """(k,) cells of places (k, 3) on sides of triangles."""
-        patch = self.patch_of_side[side]
-        along = np.take_along_axis(places, self.axes[patch], axis=1)
-        across = self.across[patch]
-        cell = ((along - self.low[patch]) / self.size[patch] * across).astype(np.int64)
-        cell = np.clip(cell, 0, across - 1)
-        return np.asarray(self.first[patch] + cell[:, 0] * across[:, 1] + cell[:, 1])
+        patch = self.patch_of_side.take(side)
+        row, column = (self._step(axis, patch, places) for axis in range(2))
+        return self.first.take(patch) + row * self.across[:, 1].take(patch) + column
+
+    def _step(self, axis: int, patch: IndexArray, places: Array32) -> IndexArray:
+        """(k,) steps of cells to places on patches (k,) along the first or second of their axes."""
+        of_place = 3 * np.arange(len(places)) + self.axes[:, axis].take(patch)
+        along = places.ravel().take(of_place)
+        along -= self.low[:, axis].take(patch)
+        along /= self.size[:, axis].take(patch)
+        across = self.across[:, axis].take(patch)
+        return np.clip((along * across).astype(np.int64), 0, across - 1)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

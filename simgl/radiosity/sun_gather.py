@@ -16,8 +16,9 @@ from simgl.radiosity.patch_cells import CellIndex, SeenCells
 from simgl.rays import RayTracer
 from simgl.scene.mesh import Mesh
 
-# Gather points whose rays are traced together.
-_AT_ONCE = 128
+# Gather points whose rays are traced together: a tenth of a second of Embree, which goes on while
+# another thread holds Python's lock in OpenGL.
+_AT_ONCE = 1024
 
 
 class _Part(NamedTuple):
@@ -61,20 +62,24 @@ def cells_seen(
         triangle, distance = tracer.hits(origins.reshape(-1, 3), directions)
         met = np.flatnonzero(triangle >= 0)
         side = triangle[met].astype(np.int64)
-        behind = np.einsum("ij,ij->i", faces[side], directions[met]) > 0.0
+        directions = directions.take(met, axis=0)
+        behind = np.einsum("ij,ij->i", faces.take(side, axis=0), directions) > 0.0
         if sides == 1:
             share, buried[part] = _shares(met, behind, len(part), rays)
         else:
             side += len(faces) * behind
             share = np.ones(len(met), dtype=np.float32)
-        places = origins.reshape(-1, 3)[met] + distance[met, None] * directions[met]
+        directions *= distance[met, None]
+        directions += origins.reshape(-1, 3).take(met, axis=0)
         of_use = np.flatnonzero(share > 0.0)
-        side, places = side[of_use], places[of_use]
+        side, places = side[of_use], directions.take(of_use, axis=0)
         cell = index.of(side, places)
-        entries = share[of_use] / np.float32(rays), (met[of_use] // rays, cell)
-        shares = sparse.coo_matrix(entries, shape=(len(part), index.count)).tocsr()
-        number, first = np.unique(cell, return_index=True)
-        return _Part(shares, number, places[first], side[first])
+        number = np.bincount(met[of_use] // rays, minlength=len(part))
+        entries = share[of_use] / np.float32(rays), cell, np.append(0, np.cumsum(number))
+        shares = sparse.csr_matrix(entries, shape=(len(part), index.count))
+        shares.sum_duplicates()
+        first = _first_of_each(cell, index.count)
+        return _Part(shares, cell[first], places[first], side[first])
 
     rows = np.flatnonzero(chosen)
     parts = [rows[i : i + _AT_ONCE] for i in range(0, len(rows), _AT_ONCE)]
@@ -95,6 +100,15 @@ def _together(parts: list[_Part], rows: IndexArray, shape: tuple[int, int]) -> S
         places[part.cells], side[part.cells] = part.places, part.side
     rows_of_all = shares.data, shares.indices, np.cumsum(lengths)
     return SeenCells(shares=sparse.csr_matrix(rows_of_all, shape=shape), places=places, side=side)
+
+
+def _first_of_each(number: IndexArray, count: int) -> IndexArray:
+    """Where each of some numbers below ``count`` stands first."""
+    place = np.arange(len(number))
+    first = np.empty(count, dtype=np.int64)
+    # The last writer of a place wins.
+    first[number[::-1]] = place[::-1]
+    return np.flatnonzero(first[number] == place)
 
 
 def _shares(ray: IndexArray, behind: Mask, points: int, rays: int) -> tuple[Array32, Mask]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import astuple, fields, replace
 from pathlib import Path
 from typing import Any, Literal, TypeVar
@@ -14,7 +14,7 @@ from scipy import sparse
 from simgl.disk_cache import cache_folder, read_arrays, write_arrays
 from simgl.lru_cache import MANY, LruCache
 from simgl.motion.joints import Joint
-from simgl.progress import ProgressCallback
+from simgl.progress import ProgressCallback, begin_stage
 from simgl.radiosity.bake import BakeSettings, bake, sees_itself
 from simgl.radiosity.hemisphere import SKY_CELLS
 from simgl.radiosity.jointed_bake import bake_jointed
@@ -90,15 +90,17 @@ class TransportStore:
 
     def prepare(
         self,
-        model: SpacecraftModel,
+        models: Iterable[SpacecraftModel],
         joint_light: JointLight = "exact",
         progress: ProgressCallback | None = None,
     ) -> None:
-        """Trace what ``of`` will need: for the pose of the model and, with "quick", for all others
+        """Trace what ``of`` will need: for the pose of each model and, with "quick", for all others
         but for the pairs of groups that joints then move."""
-        self.of(model, joint_light, progress)
-        if joint_light == "quick" and model.joints:
-            self._jointed_of(model, progress).trace(_coarse_values(model))
+        for model in models:
+            begin_stage(progress, f"light between surfaces of {model.name}")
+            self.of(model, joint_light, progress)
+            if joint_light == "quick" and model.joints:
+                self._jointed_of(model, progress).trace(_coarse_values(model))
 
     def untraced_pairs(self, model: SpacecraftModel) -> int:
         """How many pairs of groups ``of`` would trace for quick light at the model's pose."""

@@ -26,6 +26,7 @@ LAYERS = (
         "html_table",
         "input_files",
         "sample_grid",
+        "side_work",
         "sparse_arrays",
     ),
     ("disk_cache", "file_cache", "gpu", "physics"),

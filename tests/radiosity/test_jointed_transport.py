@@ -225,7 +225,7 @@ def test_no_frame_waits_for_a_bake_of_parts_that_begin_to_move(
     """All stand as stored at the start, when time may be spent; in the loop only pairs are new."""
     model = room_model()
     transports = TransportStore()
-    transports.prepare(model, "quick")
+    transports.prepare([model], "quick")
     assert len(traced) == 6
     monkeypatch.setattr(transport_store, "jointed_transport_of", None)
     assert transports.of(model.posed({"rail_2": 0.1}), "quick") is not None

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from simgl.environment_map import cube_directions, with_faces_drawn_out
+from simgl.environment_map import cube_directions, draw_faces_out
 from simgl.view.background import LIMB_TEXELS, SKY_TEXELS, sky_view
 from tests.passes.earth_light_scenes import EARTH, PLACE, R, before, facing, sun_at
 from tests.scenes import lambert
@@ -40,7 +40,8 @@ def test_all_sunlit_ground_lies_on_fine_faces(zenith_deg: float) -> None:
 
 def test_a_coarse_face_fills_its_square() -> None:
     drawn = np.arange(6 * 4 * 4 * 4, dtype=np.float32).reshape(6, 4, 4, 4)
-    whole = with_faces_drawn_out(drawn, (4, 2, 1, 4, 4, 4))
+    whole = drawn.copy()
+    draw_faces_out(whole, (4, 2, 1, 4, 4, 4))
     np.testing.assert_array_equal(whole[[0, 3, 4, 5]], drawn[[0, 3, 4, 5]])
     np.testing.assert_array_equal(whole[1, ::2, 1::2], drawn[1, :2, :2])
     np.testing.assert_array_equal(whole[1, 1::2, ::2], drawn[1, :2, :2])

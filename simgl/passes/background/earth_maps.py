@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
 from pathlib import Path
 
 import moderngl
@@ -226,11 +227,11 @@ def make_shores(maps: EarthMaps) -> tuple[IndexArray, IndexArray]:
 def over_cells(of_two: np.ufunc, codes: Image8) -> Image8:
     """(256, 512) what a function of two makes of a map's codes (h, w) in each cell of 0.7 deg."""
     height, width = codes.shape
-    rows, columns = (
-        np.arange(_CELLS) * height // _CELLS,
-        np.arange(2 * _CELLS) * width // (2 * _CELLS),
-    )
-    return np.asarray(of_two.reduceat(of_two.reduceat(codes, rows, axis=0), columns, axis=1))
+    edges = np.arange(_CELLS + 1) * height // _CELLS
+    columns = np.arange(2 * _CELLS) * width // (2 * _CELLS)
+    # Rows by ``reduce``, which takes many columns at once; a cell has a row at least.
+    rows = [of_two.reduce(codes[a : max(b, a + 1)], axis=0) for a, b in pairwise(edges)]
+    return np.asarray(of_two.reduceat(np.stack(rows), columns, axis=1))
 
 
 def cell_sums(cells: Mask) -> IndexArray:
