@@ -85,8 +85,8 @@ def limb_boxes(
     """
     if all(one.is_served_by(grid) for one in limbs):
         return ()
-    own = grid.scale**2
-    allowed = _BUDGETS * sample_budget + own * _area(box)
+    coarse = grid.scale**2
+    allowed = _BUDGETS * sample_budget + coarse * _area(box)
     lit = [np.empty((0, 2)) if one.is_served_by(grid) else one.lit() for one in limbs]
     share = 1.0
     while share * USEFUL_NEED >= 1.0:
@@ -123,18 +123,18 @@ def _cut(box: Box, lit: Sequence[Array], limbs: Sequence[Limb], finer: Sequence[
     if not needed:
         shown = any(_may_show(one, box) for one in limbs)
         return _Cut(((box, 0.0),), _SAMPLES_OF_A_MEAN) if shown else _Cut((), 0.0)
-    whole = _Cut(((box, max(needed)),), _SAMPLES_OF_A_BOX + max(needed) * _area(box))
+    uncut = _Cut(((box, max(needed)),), _SAMPLES_OF_A_BOX + max(needed) * _area(box))
     x0, y0, x1, y1 = box
     width, height = x1 - x0, y1 - y0
     if max(width, height) < 2 * _SMALLEST:
-        return whole
+        return uncut
     if width >= height:
         halves = (x0, y0, x0 + width // 2, y1), (x0 + width // 2, y0, x1, y1)
     else:
         halves = (x0, y0, x1, y0 + height // 2), (x0, y0 + height // 2, x1, y1)
     first, second = (_cut(half, lit, limbs, finer) for half in halves)
-    if first.cost + second.cost >= whole.cost:
-        return whole
+    if first.cost + second.cost >= uncut.cost:
+        return uncut
     return _Cut(first.boxes + second.boxes, first.cost + second.cost)
 
 

@@ -374,6 +374,10 @@ def tile_of(
     sample_grid: SampleGrid,
     window: RasterWindow | None = None,
 ) -> RasterTile:
+    """The tile of a box of the image.
+
+    depths : of the slices, as of the tile; window : of small spacecraft
+    """
     x0, y0, x1, y1 = box
     width, height = x1 - x0, y1 - y0
     shift = np.array([[1.0, 0.0, -x0], [0.0, 1.0, -y0], [0.0, 0.0, 1.0]])

@@ -15,14 +15,14 @@ def parts(tile: RasterTile, camera: Camera, max_samples: int, margin: int = 0) -
 
     margin : pixels that they hold beyond the cuts; no more than ``core`` is averaged from each
     """
-    own = [box for box, grid in tile.cuts if grid == tile.sample_grid]
+    averaged = [box for box, grid in tile.cuts if grid == tile.sample_grid]
     finer = [(box, grid) for box, grid in tile.cuts if grid != tile.sample_grid]
-    whole = tile.x, tile.y, tile.x + tile.width, tile.y + tile.height
+    edges = tile.x, tile.y, tile.x + tile.width, tile.y + tile.height
     coarse = []
-    if own or not finer:
-        for core in _cut(whole, tile.sample_grid, max_samples):
+    if averaged or not finer:
+        for core in _cut(edges, tile.sample_grid, max_samples):
             part = _part(tile, core, tile.sample_grid, margin, camera)
-            shown = [_within(box, core) for box in own]
+            shown = [_within(box, core) for box in averaged]
             cores = tuple(_core(tile, box) for box in shown if box[0] < box[2] and box[1] < box[3])
             coarse.append(replace(part, cores=cores))
     return coarse + [
