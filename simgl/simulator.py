@@ -41,10 +41,11 @@ from simgl.scenario.scenario import Scenario
 from simgl.scene.lamp_response import DetectorLight, lit_for_detector
 from simgl.scene.state import SceneState
 from simgl.spacecraft_skies import SpacecraftSkies
-from simgl.still_scene import MovingViews, StillScene
+from simgl.still_scene import StillScene
 from simgl.thermal.scene_temperatures import TemperatureHistory, Temperatures, ThermalBodies
 from simgl.thermal_frames import ThermalScene, thermal_capture
 from simgl.view.exposure_parts import ExposurePart, moving_scene
+from simgl.view.exposure_views import MovingViews
 from simgl.view.frame_view import FrameView, frame_view
 from simgl.view.lidar_pulse import pulse_view
 

@@ -90,13 +90,15 @@ class ResolvePass:
         target: moderngl.Framebuffer,
         lens: DistortedView | None = None,
         ramps: Ramps = SHARP,
+        rows: tuple[int, int] | None = None,
     ) -> None:
         """Lay the tile over the radiance that the target already holds.
 
         points, radiance : its shading points, and their radiance
         ramps : widths in each band of those from each pixel to its neighbours [px], at most 2
+        rows : first and end of those that are drawn; None for all
         """
-        self._draw(self.state, tile, points, radiance, target, lens, ramps)
+        self._draw(self.state, tile, points, radiance, target, lens, ramps, rows)
 
     def hide(
         self,
@@ -105,9 +107,11 @@ class ResolvePass:
         radiance: moderngl.Texture,
         target: moderngl.Framebuffer,
         lens: DistortedView | None = None,
+        ramps: Ramps = SHARP,
+        rows: tuple[int, int] | None = None,
     ) -> None:
         """Leave of what the target holds only what is seen past the tile's spacecraft."""
-        self._draw(self.hiding, tile, points, radiance, target, lens)
+        self._draw(self.hiding, tile, points, radiance, target, lens, ramps, rows)
 
     def _draw(
         self,
@@ -117,7 +121,8 @@ class ResolvePass:
         radiance: moderngl.Texture,
         target: moderngl.Framebuffer,
         lens: DistortedView | None,
-        ramps: Ramps = SHARP,
+        ramps: Ramps,
+        rows: tuple[int, int] | None,
     ) -> None:
         box = tile.x, tile.y, tile.width, tile.height
         groups = dict(zip(CELL_GROUPS, points.groups, strict=True))
@@ -140,6 +145,8 @@ class ResolvePass:
             box = _distorted_box(tile, lens.field, 1 if soft else 0)
             textures["places"] = lens.places
             defines.append("DISTORTED")
+        if rows is not None:
+            box = _in_rows(box, rows)
         state.apply(self._ctx, target, (0, 0, *target.size), box)
         self._tile.write(tile_values(tile, tile.slices[0]))
         self._tile.bind()
@@ -166,6 +173,12 @@ class ResolvePass:
 def _with_neighbours(box: tuple[int, int, int, int]) -> tuple[int, int, int, int]:
     x, y, width, height = box
     return x - 1, y - 1, width + 2, height + 2
+
+
+def _in_rows(box: tuple[int, int, int, int], rows: tuple[int, int]) -> tuple[int, int, int, int]:
+    x, y, width, height = box
+    first, end = max(y, rows[0]), min(y + height, rows[1])
+    return x, first, width, max(end - first, 0)
 
 
 def _corners(box: tuple[int, int, int, int]) -> tuple[int, int, int, int]:

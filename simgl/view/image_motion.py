@@ -32,7 +32,13 @@ def background_motion(first: SceneState, second: SceneState, camera: str) -> flo
 def turn(first: SceneState, second: SceneState, camera: str) -> float:
     """Largest angle by which a body, a joint or the camera turns against the stars [rad]."""
     a, b = first.cameras[camera], second.cameras[camera]
-    turned = [_angle(b.R_camera_from_icrf @ a.R_camera_from_icrf.T)]
+    turned = _angle(b.R_camera_from_icrf @ a.R_camera_from_icrf.T)
+    return max(turned, turn_in_sunlight(first, second))
+
+
+def turn_in_sunlight(first: SceneState, second: SceneState) -> float:
+    """Largest angle by which a body or a joint turns against the stars [rad]."""
+    turned = [0.0]
     for name, before in first.bodies.items():
         after = second.bodies[name]
         turned.append(_angle(after.pose.R_icrf_from_body @ before.pose.R_icrf_from_body.T))

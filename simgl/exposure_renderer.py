@@ -1,0 +1,172 @@
+"""The ordered passes from the views of a moving scene to what its camera sees over an exposure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+
+import moderngl
+
+from simgl.camera.camera import Camera
+from simgl.gpu.release import all_or_nothing, release_all
+from simgl.gpu.render_targets import Format, ImageTarget, TargetStore
+from simgl.gpu.timers import PassTimer
+from simgl.passes.average import AveragePass
+from simgl.passes.resolve import DistortedView, ResolvePass
+from simgl.passes.shading_points import ShadingPoints
+from simgl.passes.sweep import Span, Sweep, SweepPass
+from simgl.view.exposure_views import Layer, MovingViews, SweptBackground
+from simgl.view.frame_view import FrameView
+from simgl.view.raster_tiles import RasterTile
+
+_BANDS = (Format("f4", 4),)
+
+LitTiles = Iterator[tuple[RasterTile, ShadingPoints, tuple[moderngl.Texture, ...]]]
+
+
+class ExposureRenderer:
+    """Sweeps pictures of spacecraft, and of what is behind them, over their ways in the image.
+
+    The radiance and the share of each pixel that is seen past spacecraft are swept alike:
+    what is behind is seen as long as nothing stands before it.
+
+    lit_tiles, background, lens : of the renderer that draws the pictures
+    """
+
+    @all_or_nothing
+    def __init__(
+        self,
+        ctx: moderngl.Context,
+        timer: PassTimer,
+        resolve: ResolvePass,
+        lit_tiles: Callable[[FrameView, Iterable[RasterTile]], LitTiles],
+        background: Callable[[FrameView, ImageTarget], None],
+        lens: Callable[[FrameView], DistortedView | None],
+    ) -> None:
+        self._timer, self._resolve = timer, resolve
+        self._lit_tiles, self._background, self._lens = lit_tiles, background, lens
+        self._sweep = SweepPass(ctx)
+        self._average = AveragePass(ctx)
+        self._targets = TargetStore(ctx)
+        self._ctx = ctx
+
+    def draw(self, views: MovingViews, target: ImageTarget) -> None:
+        """Fill a target of the image's size with the mean radiance that each row sees."""
+        count = views.scene.count
+        pictures = iter(views.pictures())
+        picture = next(pictures)
+        if count == 1:
+            layers = self._draw_behind(views, picture[0][1], views.layers(picture), target)
+            self._lay(views, layers, target)
+            return
+        behind = self._target("behind", views.camera)
+        one = self._target("one picture", views.camera)
+        self._draw_behind(views, picture[0][1], [], behind)
+        target.blacken()
+        while True:
+            self._average.copy(behind.textures[0], one.framebuffer)
+            self._lay(views, views.layers(picture), one)
+            with self._timer.measure("sweep"):
+                self._average.add(one.textures[0], 1.0 / count, target.framebuffer)
+            following = next(pictures, None)
+            if following is None:
+                return
+            picture = following
+
+    def _draw_behind(
+        self, views: MovingViews, view: FrameView, layers: list[Layer], target: ImageTarget
+    ) -> list[Layer]:
+        """Fill a target with what is behind spacecraft and with those that go along with it.
+
+        returns : the other layers
+        """
+        for number, behind in enumerate(views.behind(view)):
+            if behind.part is None or behind.paths is None:
+                self._background(behind.view, target)
+                return layers
+            drawn = self._target("swept background", views.scene.drawn)
+            self._background(behind.view, drawn)
+            # What stands before a background that moves as it does hides the same of it always.
+            while layers and not views.scene.rows and layers[0].goes_with(behind.paths):
+                self._lay_tiles(layers.pop(0), drawn)
+            with self._timer.measure("sweep"):
+                if number == 0 and views.scene.behind_count > 1:
+                    target.blacken()
+                state = SweepPass.fills if views.scene.behind_count == 1 else SweepPass.adds
+                sweep = _of_background(views, behind)
+                self._sweep.draw(sweep, drawn, target.framebuffer, state, self._spare(views))
+        return layers
+
+    def _lay(self, views: MovingViews, layers: list[Layer], target: ImageTarget) -> None:
+        """Lay swept layers over what a target holds, the farthest first."""
+        for layer in layers:
+            if layer.paths is None:
+                self._lay_tiles(layer, target)
+                continue
+            sweep = Sweep(
+                paths=layer.paths,
+                size=_size(views.scene.drawn),
+                filled=layer.filled,
+                margin=views.scene.margin,
+                target_size=target.size,
+            )
+            lit, past = (self._target(use, views.scene.drawn) for use in ("lit", "past"))
+            lit.framebuffer.clear(viewport=sweep.read)
+            past.framebuffer.clear(1.0, 1.0, 1.0, 1.0, viewport=sweep.read)
+            self._lay_tiles(layer, lit, past)
+            with self._timer.measure("sweep"):
+                spare, into = self._spare(views), target.framebuffer
+                self._sweep.draw(sweep, past, into, SweepPass.dims, spare, empty=1.0)
+                self._sweep.draw(sweep, lit, into, SweepPass.adds, spare)
+
+    def _lay_tiles(
+        self, layer: Layer, target: ImageTarget, past: ImageTarget | None = None
+    ) -> None:
+        """Draw a layer over what a target holds.
+
+        past : of which only what is seen past the layer is left
+        """
+        for one in layer.tiles:
+            lens, ramps = self._lens(one.view), one.view.ramps
+            for tile, points, (radiance,) in self._lit_tiles(one.view, [one.tile]):
+                with self._timer.measure("resolve"):
+                    seen = tile, points, radiance
+                    self._resolve.draw(*seen, target.framebuffer, lens, ramps, one.rows)
+                    if past is not None:
+                        self._resolve.hide(*seen, past.framebuffer, lens, ramps, one.rows)
+
+    def _spare(self, views: MovingViews) -> Callable[[], ImageTarget]:
+        return lambda: self._target("chunks", views.scene.drawn)
+
+    def _target(self, use: str, camera: Camera) -> ImageTarget:
+        return self._targets.of(use, _size(camera), _BANDS)
+
+    def release(self) -> None:
+        """Free what is its own."""
+        release_all(self._ctx, self._targets, self._sweep, self._average)
+
+
+def _size(camera: Camera) -> tuple[int, int]:
+    return camera.detector.width, camera.detector.height
+
+
+def _of_background(views: MovingViews, behind: SweptBackground) -> Sweep:
+    """What rows see of a background that is drawn for one moment for all of them."""
+    assert behind.part is not None
+    assert behind.paths is not None
+    camera, part, size = views.camera, behind.part, _size(views.scene.drawn)
+    length = camera.exposure_time
+    span = Span(
+        first=(part.moment - part.half_span) / length,
+        last=(part.moment + part.half_span) / length,
+        moment=part.moment / length,
+        row_rate=camera.detector.row_time / length,
+        middle_row=0.5 * camera.detector.height,
+    )
+    return Sweep(
+        paths=behind.paths,
+        size=size,
+        filled=(0, 0, *size),
+        margin=views.scene.margin,
+        target_size=_size(camera),
+        span=span,
+    )
