@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from functools import partial
 
 import moderngl
 
@@ -19,6 +20,8 @@ from simgl.view.frame_view import FrameView
 from simgl.view.raster_tiles import RasterTile
 
 _BANDS = (Format("f4", 4),)
+# Radiance, and the share of each pixel that is covered, by band.
+_COVERED = (Format("f4", 4), Format("f4", 4))
 
 LitTiles = Iterator[tuple[RasterTile, ShadingPoints, tuple[moderngl.Texture, ...]]]
 
@@ -26,8 +29,8 @@ LitTiles = Iterator[tuple[RasterTile, ShadingPoints, tuple[moderngl.Texture, ...
 class ExposureRenderer:
     """Sweeps pictures of spacecraft, and of what is behind them, over their ways in the image.
 
-    The radiance and the share of each pixel that is seen past spacecraft are swept alike:
-    what is behind is seen as long as nothing stands before it.
+    The radiance of spacecraft and the share of each pixel that they cover are swept alike: what is
+    behind is seen as long as nothing stands before it.
 
     lit_tiles, background, lens : of the renderer that draws the pictures
     """
@@ -91,9 +94,9 @@ class ExposureRenderer:
             with self._timer.measure("sweep"):
                 if number == 0 and views.scene.behind_count > 1:
                     target.blacken()
-                state = SweepPass.fills if views.scene.behind_count == 1 else SweepPass.adds
-                sweep = _of_background(views, behind)
-                self._sweep.draw(sweep, drawn, target.framebuffer, state, self._spare(views))
+                draw = self._sweep.fill if views.scene.behind_count == 1 else self._sweep.add
+                spare = partial(self._spare, views, _BANDS)
+                draw(_of_background(views, behind), drawn, target.framebuffer, spare)
         return layers
 
     def _lay(self, views: MovingViews, layers: list[Layer], target: ImageTarget) -> None:
@@ -109,36 +112,35 @@ class ExposureRenderer:
                 margin=views.scene.margin,
                 target_size=target.size,
             )
-            lit, past = (self._target(use, views.scene.drawn) for use in ("lit", "past"))
-            lit.framebuffer.clear(viewport=sweep.read)
-            past.framebuffer.clear(1.0, 1.0, 1.0, 1.0, viewport=sweep.read)
-            self._lay_tiles(layer, lit, past)
+            picture = self._target("layer", views.scene.drawn, _COVERED)
+            picture.framebuffer.clear(viewport=sweep.read)
+            self._add_tiles(layer, picture)
             with self._timer.measure("sweep"):
-                spare, into = self._spare(views), target.framebuffer
-                self._sweep.draw(sweep, past, into, SweepPass.dims, spare, empty=1.0)
-                self._sweep.draw(sweep, lit, into, SweepPass.adds, spare)
+                spare = partial(self._spare, views, _COVERED)
+                self._sweep.lay_over(sweep, picture, target.framebuffer, spare)
 
-    def _lay_tiles(
-        self, layer: Layer, target: ImageTarget, past: ImageTarget | None = None
-    ) -> None:
-        """Draw a layer over what a target holds.
+    def _lay_tiles(self, layer: Layer, target: ImageTarget) -> None:
+        """Over what a target holds."""
+        self._draw_tiles(layer, target, self._resolve.draw)
 
-        past : of which only what is seen past the layer is left
-        """
+    def _add_tiles(self, layer: Layer, picture: ImageTarget) -> None:
+        """Side by side in a picture of radiance and covered shares."""
+        self._draw_tiles(layer, picture, self._resolve.add_apart)
+
+    def _draw_tiles(self, layer: Layer, target: ImageTarget, draw: Callable[..., None]) -> None:
         for one in layer.tiles:
-            lens, ramps = self._lens(one.view), one.view.ramps
+            how = self._lens(one.view), one.view.ramps, one.rows
             for tile, points, (radiance,) in self._lit_tiles(one.view, [one.tile]):
                 with self._timer.measure("resolve"):
-                    seen = tile, points, radiance
-                    self._resolve.draw(*seen, target.framebuffer, lens, ramps, one.rows)
-                    if past is not None:
-                        self._resolve.hide(*seen, past.framebuffer, lens, ramps, one.rows)
+                    draw(tile, points, radiance, target.framebuffer, *how)
 
-    def _spare(self, views: MovingViews) -> Callable[[], ImageTarget]:
-        return lambda: self._target("chunks", views.scene.drawn)
+    def _spare(self, views: MovingViews, formats: tuple[Format, ...], number: int) -> ImageTarget:
+        return self._target(f"swept {len(formats)} {number}", views.scene.drawn, formats)
 
-    def _target(self, use: str, camera: Camera) -> ImageTarget:
-        return self._targets.of(use, _size(camera), _BANDS)
+    def _target(
+        self, use: str, camera: Camera, formats: tuple[Format, ...] = _BANDS
+    ) -> ImageTarget:
+        return self._targets.of(use, _size(camera), formats)
 
     def release(self) -> None:
         """Free what is its own."""

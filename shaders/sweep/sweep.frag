@@ -1,16 +1,36 @@
 // What pixels see while the shutter is open, from a picture of a moment and the ways of what it shows: the
 // mean over the exposure of the places of the picture that come past a pixel.
 //
-// Along the longer axis of the motion the places lie a pixel apart, so that at an even motion no pixel of
-// the picture is read between its middle and the next one's, and nothing gets wider than it should. The
-// places at both ends count in part, so that the variance of all is that of the motion.
+// Along the longer axis of the motion the places lie a pixel apart, so that an even motion reads pixels of
+// the picture at their middles, and nothing gets wider along it than it should. The places at both ends
+// count in part, so that the variance of all is that of the motion.
+//
 // CHUNKS: the picture is one that was swept already, over an equal part of the exposure.
+// COVERED: it comes with the covered share of its pixels.
+// OVER: that is the second source, so that blending lays the picture over what is behind it.
 #include "block/sweep"
 
 uniform sampler2D picture;   // read with linear interpolation
 uniform sampler2D paths;     // v and a [px]: t exposure times ago it was t v - t^2 a before
+#ifdef COVERED
+uniform sampler2D covered;
+#endif
 
-out vec4 radiance;
+layout(location = 0, index = 0) out vec4 radiance;
+#ifdef OVER
+layout(location = 0, index = 1) out vec4 share_covered;
+#elif defined(COVERED)
+layout(location = 1) out vec4 share_covered;
+#endif
+
+// Light, and the covered share.
+#ifdef COVERED
+#define Seen mat2x4
+#define SEEN(place) mat2x4(texture(picture, place), texture(covered, place))
+#else
+#define Seen vec4
+#define SEEN(place) texture(picture, place)
+#endif
 
 void main() {
     vec2 at = gl_FragCoord.xy + margin;
@@ -20,30 +40,43 @@ void main() {
     float opens = (gl_FragCoord.y - middle_row) * row_rate - 0.5;
     float from = max(opens, segment.x), to = min(opens + 1.0, segment.y);
     float span = max(to - from, 0.0), middle = 0.5 * (from + to) - moment;
-    float longest = abs(middle) + 0.5 * span;
     vec2 texel = 1.0 / vec2(textureSize(picture, 0));
-#define SEEN(t) texture(picture, (at - (t) * path.xy + min((t) * (t), longest * longest) * path.zw) * texel)
+    vec2 way = path.xy * texel, curve = path.zw * texel;
+    // What is seen in the middle, and a unit of time before.
+    vec2 place = at * texel - middle * (way - middle * curve);
+    vec2 before = way - 2.0 * middle * curve;
+    Seen sum;
 #ifdef CHUNKS
-    vec4 sum = vec4(0.0);
-    float between = span / float(count);
-    int i = 0;
-    do {
-        float t = middle + (float(i) + 0.5) * between - 0.5 * span;
-        sum += SEEN(t);
-    } while (++i < count);
-    radiance = sum * (span * share / float(count));
+    float between = span / float(count), t = 0.5 * (between - span);
+    sum = SEEN(place - t * (before - t * curve));
+    int left = count;
+    while (--left > 0) {
+        t += between;
+        sum += SEEN(place - t * (before - t * curve));
+    }
+    sum *= span * share / float(count);
 #else
-    float speed = max(max(abs(path.x), abs(path.y)), 1e-6), way = span * speed;
+    float speed = max(max(abs(path.x), abs(path.y)), 1e-6), length = span * speed;
     // Places on either side, and the weight of the last one.
-    float last = max(ceil(0.5 * (sqrt(way * way + 1.0) - 1.0)), 1.0);
+    float last = max(ceil(0.5 * (sqrt(length * length + 1.0) - 1.0)), 1.0);
     float inner = (last - 1.0) * last * (2.0 * last - 1.0) / 6.0;
-    float weight = (way * way * (2.0 * last - 1.0) / 12.0 - 2.0 * inner) / (2.0 * last * last - way * way / 6.0);
-    vec4 sum = SEEN(middle);
+    float weight = (length * length * (2.0 * last - 1.0) / 12.0 - 2.0 * inner)
+                 / (2.0 * last * last - length * length / 6.0);
+    before /= speed;
+    // Where next to nothing moves, a step is more than the whole exposure.
+    curve *= min(1.0 / (speed * speed), span * span);
+    sum = SEEN(place);
     float i = 1.0;
     do {
-        float before = middle - i / speed, after = middle + i / speed;
-        sum += (i < last ? 1.0 : i > last ? 0.0 : weight) * (SEEN(before) + SEEN(after));
+        Seen both = SEEN(place - i * (before - i * curve)) + SEEN(place + i * (before + i * curve));
+        sum += (i < last ? 1.0 : i > last ? 0.0 : weight) * both;
     } while (++i <= float(count));
-    radiance = sum * (span * share / (2.0 * last - 1.0 + 2.0 * weight));
+    sum *= span * share / (2.0 * last - 1.0 + 2.0 * weight);
+#endif
+#ifdef COVERED
+    radiance = sum[0];
+    share_covered = sum[1];
+#else
+    radiance = sum;
 #endif
 }

@@ -75,6 +75,7 @@ class ResolvePass:
 
     state = State(blend=(moderngl.ONE, ONE_MINUS_SRC1_COLOR))
     hiding = State(blend=(moderngl.ZERO, ONE_MINUS_SRC1_COLOR))
+    adding = State(blend=(moderngl.ONE, moderngl.ONE))
 
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context) -> None:
@@ -100,7 +101,7 @@ class ResolvePass:
         """
         self._draw(self.state, tile, points, radiance, target, lens, ramps, rows)
 
-    def hide(
+    def add_apart(
         self,
         tile: RasterTile,
         points: ShadingPoints,
@@ -110,8 +111,20 @@ class ResolvePass:
         ramps: Ramps = SHARP,
         rows: tuple[int, int] | None = None,
     ) -> None:
+        """Add the tile's radiance to the first texture of a target, and the share that its
+        spacecraft cover to the second."""
+        self._draw(self.adding, tile, points, radiance, target, lens, ramps, rows)
+
+    def hide(
+        self,
+        tile: RasterTile,
+        points: ShadingPoints,
+        radiance: moderngl.Texture,
+        target: moderngl.Framebuffer,
+        lens: DistortedView | None = None,
+    ) -> None:
         """Leave of what the target holds only what is seen past the tile's spacecraft."""
-        self._draw(self.hiding, tile, points, radiance, target, lens, ramps, rows)
+        self._draw(self.hiding, tile, points, radiance, target, lens)
 
     def _draw(
         self,
@@ -121,8 +134,8 @@ class ResolvePass:
         radiance: moderngl.Texture,
         target: moderngl.Framebuffer,
         lens: DistortedView | None,
-        ramps: Ramps,
-        rows: tuple[int, int] | None,
+        ramps: Ramps = SHARP,
+        rows: tuple[int, int] | None = None,
     ) -> None:
         box = tile.x, tile.y, tile.width, tile.height
         groups = dict(zip(CELL_GROUPS, points.groups, strict=True))
@@ -131,6 +144,8 @@ class ResolvePass:
             groups = {"cell_groups": groups["cell_groups"]}
         textures = groups | {"block_pages": points.block_pages, "points": radiance}
         defines = [] if tile.window is None else ["WINDOW"]
+        if state is self.adding:
+            defines.append("APART")
         soft = ramps != SHARP
         if soft:
             box = _with_neighbours(box)

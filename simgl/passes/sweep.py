@@ -9,7 +9,7 @@ import moderngl
 import numpy as np
 
 from simgl.gpu.fullscreen import FullscreenProgram
-from simgl.gpu.pipeline_state import State
+from simgl.gpu.pipeline_state import ONE_MINUS_SRC1_COLOR, State
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.render_targets import ImageTarget, table_texture
 from simgl.gpu.uniform_blocks import Block
@@ -40,9 +40,9 @@ _SWEEP = Block(
     ),
 )
 
-# Places on either side of the middle that are read one by one; a longer way is swept in two steps,
-# which are a little less sharp across it.
-_MOST_PLACES = 16
+# Longest ways that are swept in one step, and in two [px]. Each step reads places between pixels and
+# so widens what is along the motion by 0.2 square pixels; few steps of many places take longer.
+_ONE_STEP, _TWO_STEPS = 12.0, 80.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,12 +63,15 @@ class Span:
     middle_row: float = 0.0
 
 
+Spare = Callable[[int], ImageTarget]
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Sweep:
-    """What is swept, and where it goes.
+    """What is swept, and where it goes. Around what is filled the picture is empty.
 
     size : of the picture [px]
-    filled : x, y, width, height of what is swept in it; it is the same all around
+    filled : x, y, width, height of that
     margin : of the picture around the target [px]
     target_size : of that [px]
     share : of the exposure
@@ -112,86 +115,121 @@ def grown(box: Box, reach: tuple[int, int], size: tuple[int, int]) -> Box:
 
 
 class SweepPass:
-    """Fills, adds to or dims a target with a picture swept along its paths."""
+    """Sweeps pictures into targets, or over what these hold."""
 
     fills = State()
     adds = State(blend=(moderngl.ONE, moderngl.ONE))
-    dims = State(blend=(moderngl.ZERO, moderngl.SRC_COLOR))
+    lays = State(blend=(moderngl.ONE, ONE_MINUS_SRC1_COLOR))
 
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        samplers = ["picture", "paths"]
-        self._places = FullscreenProgram(ctx, "sweep/sweep", _SWEEP, samplers)
-        self._chunks = FullscreenProgram(ctx, "sweep/sweep", _SWEEP, samplers, ["CHUNKS"])
+        self._programs: dict[tuple[str, ...], FullscreenProgram] = {}
 
-    def draw(
-        self,
-        sweep: Sweep,
-        picture: ImageTarget,
-        target: moderngl.Framebuffer,
-        state: State,
-        spare: Callable[[], ImageTarget],
-        empty: float = 0.0,
+    def fill(
+        self, sweep: Sweep, picture: ImageTarget, target: moderngl.Framebuffer, spare: Spare
     ) -> None:
-        """Draw what the area of a sweep sees.
+        """Fill the area of a sweep; spare : makes other targets like the picture, by a number."""
+        self._draw(sweep, picture, target, self.fills, spare)
 
-        picture : of the size of the sweep's picture, filled where the sweep reads it
-        state : of this class, how it goes into the target
-        spare : makes another target of the picture's size
-        empty : what the picture holds around what is to be swept
-        """
-        longest = max(sweep.paths.reach)
-        if longest <= 2 * _MOST_PLACES + 1:
-            count = _places(longest)
-            self._draw(self._places, sweep, picture, target, sweep.area, state, count)
-            return
-        # In two steps: the picture swept by an equal part of the way, and such parts side by side.
-        chunks = int(np.ceil(longest / _MOST_PLACES))
-        half = 0.5 / chunks
-        part = replace(sweep, margin=(0, 0), span=Span(first=-half, last=half), share=float(chunks))
-        between = spare()
-        between.framebuffer.clear(empty, empty, empty, empty, viewport=sweep.read)
-        area = grown(sweep.filled, sweep.reach(1.0 / chunks), between.size)
-        count = _places(longest / chunks)
-        self._draw(self._places, part, picture, between.framebuffer, area, self.fills, count)
-        self._draw(self._chunks, sweep, between, target, sweep.area, state, chunks)
+    def add(
+        self, sweep: Sweep, picture: ImageTarget, target: moderngl.Framebuffer, spare: Spare
+    ) -> None:
+        """Add to what a target holds there."""
+        self._draw(sweep, picture, target, self.adds, spare)
+
+    def lay_over(
+        self, sweep: Sweep, picture: ImageTarget, target: moderngl.Framebuffer, spare: Spare
+    ) -> None:
+        """Lay a picture over it: of radiance, and the covered share of each pixel."""
+        self._draw(sweep, picture, target, self.lays, spare)
 
     def _draw(
         self,
-        program: FullscreenProgram,
         sweep: Sweep,
         picture: ImageTarget,
         target: moderngl.Framebuffer,
-        area: Box,
         state: State,
-        count: int,
+        spare: Spare,
     ) -> None:
-        paths, span, (seen,) = sweep.paths, sweep.span, picture.textures
-        ways = table_texture(self._ctx, paths.nodes)
-        for texture in (ways, seen):
-            texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
-            texture.repeat_x = texture.repeat_y = False
-        values = {
-            "margin": sweep.margin,
-            "nodes_origin": paths.origin,
-            "nodes_step": paths.step,
-            "segment": (span.first, span.last),
-            "moment": span.moment,
-            "middle_row": span.middle_row,
-            "row_rate": span.row_rate,
-            "share": sweep.share,
-            "count": count,
-        }
-        state.apply(self._ctx, target, (0, 0, *target.size), area)
-        program.draw(values, [seen, ways])
-        seen.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        steps = _steps(max(sweep.paths.reach))
+        ways = table_texture(self._ctx, sweep.paths.nodes)
+        _interpolate(ways)
+        part, seen = 1.0 / float(np.prod(steps[1:], dtype=np.float64)), picture
+        for number, count in enumerate(steps):
+            chunks = number > 0
+            if chunks:
+                part *= count
+            last = number == len(steps) - 1
+            if last:
+                into, area, how, span = target, sweep.area, state, sweep
+            else:
+                # In a picture of its own, over a part of the exposure.
+                between = spare(number % 2)
+                between.framebuffer.clear(viewport=sweep.read)
+                area = grown(sweep.filled, sweep.reach(part), sweep.size)
+                half = Span(first=-0.5 * part, last=0.5 * part)
+                span = replace(sweep, margin=(0, 0), span=half, share=1.0 / part)
+                into, how = between.framebuffer, self.fills
+            how.apply(self._ctx, into, (0, 0, *into.size), area)
+            for texture in seen.textures:
+                _interpolate(texture)
+            program = self._program_for(len(seen.textures), chunks=chunks, over=how is self.lays)
+            program.draw(_values(span, count), [seen.textures[0], ways, *seen.textures[1:]])
+            if not last:
+                seen = between
         ways.release()
+
+    def _program_for(self, pictures: int, *, chunks: bool, over: bool) -> FullscreenProgram:
+        defines = ("COVERED",) * (pictures > 1) + ("CHUNKS",) * chunks + ("OVER",) * over
+        if defines not in self._programs:
+            samplers = ["picture", "paths"] + ["covered"] * (pictures > 1)
+            self._programs[defines] = FullscreenProgram(
+                self._ctx, "sweep/sweep", _SWEEP, samplers, defines
+            )
+        return self._programs[defines]
 
     def release(self) -> None:
         """Free everything."""
-        self._places.release()
-        self._chunks.release()
+        for program in self._programs.values():
+            program.release()
+        self._programs.clear()
+
+
+def _values(sweep: Sweep, count: int) -> dict[str, object]:
+    paths, span = sweep.paths, sweep.span
+    return {
+        "margin": sweep.margin,
+        "nodes_origin": paths.origin,
+        "nodes_step": paths.step,
+        "segment": (span.first, span.last),
+        "moment": span.moment,
+        "middle_row": span.middle_row,
+        "row_rate": span.row_rate,
+        "share": sweep.share,
+        "count": count,
+    }
+
+
+def _interpolate(texture: moderngl.Texture) -> None:
+    """Read it with linear interpolation, beyond its edges as at these."""
+    texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+    texture.repeat_x = texture.repeat_y = False
+
+
+def _steps(way: float) -> tuple[int, ...]:
+    """Places on either side of the middle, and the chunks of each further step, for ways of so many
+    pixels."""
+    if way <= _ONE_STEP:
+        return (_places(way),)
+    number = 2 if way <= _TWO_STEPS else 3
+    # As many reads in each, of an odd number of places.
+    places = max(round(0.5 * (way ** (1.0 / number) - 1.0)), 1)
+    parts = way / np.sqrt((2 * places + 1) ** 2 - 1.0)
+    if number == 2:
+        return places, int(np.ceil(parts))
+    chunks = int(np.ceil(np.sqrt(parts)))
+    return places, chunks, int(np.ceil(parts / chunks))
 
 
 def _places(way: float) -> int:
