@@ -82,6 +82,7 @@ class ExposureRenderer:
 
         returns : the other layers
         """
+        alone = views.scene.behind_count == 1 and not views.scene.rows
         for number, behind in enumerate(views.behind(view)):
             if behind.part is None or behind.paths is None:
                 self._background(behind.view, target)
@@ -89,7 +90,7 @@ class ExposureRenderer:
             drawn = self._target("swept background", views.scene.drawn)
             self._background(behind.view, drawn)
             # What stands before a background that moves as it does hides the same of it always.
-            while layers and not views.scene.rows and layers[0].goes_with(behind.paths):
+            while alone and layers and layers[0].goes_with(behind.paths):
                 self._lay_tiles(layers.pop(0), drawn)
             with self._timer.measure("sweep"):
                 if number == 0 and views.scene.behind_count > 1:

@@ -6,6 +6,8 @@
 // count in part, so that the variance of all is that of the motion.
 //
 // CHUNKS: the picture is one that was swept already, over an equal part of the exposure.
+// FINE: what is between pixels across the motion is told from four of them, so that edges along it stay
+// as sharp as they are.
 // COVERED: it comes with the covered share of its pixels.
 // OVER: that is the second source, so that blending lays the picture over what is behind it.
 #include "block/sweep"
@@ -32,6 +34,42 @@ layout(location = 1) out vec4 share_covered;
 #define SEEN(place) texture(picture, place)
 #endif
 
+#ifdef FINE
+// What a part of a pixel, on the side of the one before, has of its light. An edge in it, told by its
+// neighbours, parts what is as these are; a pixel that is brighter or darker than both is even. Pixels
+// that are moved so keep all light, nothing gets negative, and edges keep their width.
+vec4 part_of(vec4 before, vec4 pixel, vec4 after, float part) {
+    vec4 rise = after - before, last = rise * part - (after - pixel);
+    vec4 edge = before * part + mix(min(last, vec4(0.0)), max(last, vec4(0.0)), greaterThan(rise, vec4(0.0)));
+    return mix(pixel * part, edge, greaterThan((pixel - before) * (after - pixel), vec4(0.0)));
+}
+
+// A share of the way from a pixel to the next one.
+vec4 between(vec4 before, vec4 low, vec4 high, vec4 after, float part) {
+    return low - part_of(before, low, high, part) + part_of(low, high, after, part);
+}
+
+vec4 fine(sampler2D from, ivec2 pixel, ivec2 across, ivec2 end, float part) {
+    return between(texelFetch(from, clamp(pixel - across, ivec2(0), end), 0),
+                   texelFetch(from, clamp(pixel, ivec2(0), end), 0),
+                   texelFetch(from, clamp(pixel + across, ivec2(0), end), 0),
+                   texelFetch(from, clamp(pixel + 2 * across, ivec2(0), end), 0), part);
+}
+
+// At a place of a picture [px], which lies in the middle of a row, or column, across the motion.
+Seen fine_at(vec2 place, ivec2 across) {
+    ivec2 end = textureSize(picture, 0) - 1;
+    vec2 corner = place - 0.5 * vec2(across);
+    ivec2 pixel = ivec2(floor(corner));
+    float part = dot(corner - floor(corner), vec2(across));
+#ifdef COVERED
+    return mat2x4(fine(picture, pixel, across, end, part), fine(covered, pixel, across, end, part));
+#else
+    return fine(picture, pixel, across, end, part);
+#endif
+}
+#endif
+
 void main() {
     vec2 at = gl_FragCoord.xy + margin;
     vec2 size = vec2(textureSize(paths, 0));
@@ -40,7 +78,14 @@ void main() {
     float opens = (gl_FragCoord.y - middle_row) * row_rate - 0.5;
     float from = max(opens, segment.x), to = min(opens + 1.0, segment.y);
     float span = max(to - from, 0.0), middle = 0.5 * (from + to) - moment;
+#ifdef FINE
+    vec2 texel = vec2(1.0);
+    ivec2 across = abs(path.x) < abs(path.y) ? ivec2(1, 0) : ivec2(0, 1);
+#undef SEEN
+#define SEEN(place) fine_at(place, across)
+#else
     vec2 texel = 1.0 / vec2(textureSize(picture, 0));
+#endif
     vec2 way = path.xy * texel, curve = path.zw * texel;
     // What is seen in the middle, and a unit of time before.
     vec2 place = at * texel - middle * (way - middle * curve);
@@ -65,7 +110,17 @@ void main() {
     before /= speed;
     // Where next to nothing moves, a step is more than the whole exposure.
     curve *= min(1.0 / (speed * speed), span * span);
+#ifdef FINE
+    // The middle lies in a pixel's.
+    ivec2 here = ivec2(place);
+#ifdef COVERED
+    sum = mat2x4(texelFetch(picture, here, 0), texelFetch(covered, here, 0));
+#else
+    sum = texelFetch(picture, here, 0);
+#endif
+#else
     sum = SEEN(place);
+#endif
     float i = 1.0;
     do {
         Seen both = SEEN(place - i * (before - i * curve)) + SEEN(place + i * (before + i * curve));

@@ -40,9 +40,10 @@ _SWEEP = Block(
     ),
 )
 
-# Longest ways that are swept in one step, and in two [px]. Each step reads places between pixels and
+# Longest ways that are swept in one step, and in two [px]. A further one reads between pixels, and
 # so widens what is along the motion by 0.2 square pixels; few steps of many places take longer.
-_ONE_STEP, _TWO_STEPS = 12.0, 80.0
+_ONE_STEP, _TWO_STEPS = 8.9, 80.0
+_STEPS = 3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -174,14 +175,20 @@ class SweepPass:
             how.apply(self._ctx, into, (0, 0, *into.size), area)
             for texture in seen.textures:
                 _interpolate(texture)
-            program = self._program_for(len(seen.textures), chunks=chunks, over=how is self.lays)
+            fine = not chunks and len(steps) < _STEPS and sweep.span.row_rate == 0.0
+            program = self._program_for(
+                len(seen.textures), fine=fine, chunks=chunks, over=how is self.lays
+            )
             program.draw(_values(span, count), [seen.textures[0], ways, *seen.textures[1:]])
             if not last:
                 seen = between
         ways.release()
 
-    def _program_for(self, pictures: int, *, chunks: bool, over: bool) -> FullscreenProgram:
-        defines = ("COVERED",) * (pictures > 1) + ("CHUNKS",) * chunks + ("OVER",) * over
+    def _program_for(
+        self, pictures: int, *, fine: bool, chunks: bool, over: bool
+    ) -> FullscreenProgram:
+        defines = ("COVERED",) * (pictures > 1) + ("FINE",) * fine
+        defines += ("CHUNKS",) * chunks + ("OVER",) * over
         if defines not in self._programs:
             samplers = ["picture", "paths"] + ["covered"] * (pictures > 1)
             self._programs[defines] = FullscreenProgram(
@@ -222,7 +229,7 @@ def _steps(way: float) -> tuple[int, ...]:
     pixels."""
     if way <= _ONE_STEP:
         return (_places(way),)
-    number = 2 if way <= _TWO_STEPS else 3
+    number = 2 if way <= _TWO_STEPS else _STEPS
     # As many reads in each, of an odd number of places.
     places = max(round(0.5 * (way ** (1.0 / number) - 1.0)), 1)
     parts = way / np.sqrt((2 * places + 1) ** 2 - 1.0)

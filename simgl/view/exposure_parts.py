@@ -230,10 +230,10 @@ def _with_margin(camera: Camera, ways: Array) -> Camera:
 
     A lens that distorts sees no farther: it may image nothing sensible there.
     """
-    if not camera.is_pinhole or not ways.any():
+    if not camera.is_pinhole:
         return camera
     # With a little more for interpolation.
-    reach = np.minimum(0.5 * ways, 0.5 * LONGEST_WAY) + 2.0
+    reach = np.where(ways > BLUR, np.minimum(0.5 * ways, 0.5 * LONGEST_WAY) + 2.0, 0.0)
     x, y = (_MARGIN_STEP * int(np.ceil(one / _MARGIN_STEP)) for one in reach.tolist())
     d = camera.detector
     return replace(camera, detector=replace(d, width=d.width + 2 * x, height=d.height + 2 * y))
