@@ -26,6 +26,7 @@ from simgl.camera.rolling_shutter import (
 from simgl.scene.state import CameraState, SceneState
 from simgl.view.image_motion import (
     background_motion,
+    motion_apart,
     spacecraft_motion,
     turn,
     turn_in_sunlight,
@@ -36,6 +37,8 @@ from simgl.view.row_clock import RowClock, camera_from_body
 # Turn of a body, a joint or the camera against the Sun that is lit as at its middle [rad]. The
 # light then comes from within half a degree of where it should, as from the Sun's own disc.
 LARGEST_TURN = float(np.radians(1.0))
+# How far what hides something else moves against it in one picture [px].
+LARGEST_STEP = 1.0
 # The longest way along which one picture is swept [px].
 LONGEST_WAY = 400.0
 # Steps in which the picture grows around the image, so that its textures last [px].
@@ -203,8 +206,11 @@ def moving_scene(
         turned = sum(turn(state, end, name) for end in ends) * read_out(camera) / duration(camera)
         states = tuple(_seen_by(one, name, drawn) for one in (state, *ends))
         rows = _rows(drawn, _rows_used(states, name), turned, lean)
-    lit = sum(turn_in_sunlight(state, end) for end in ends) * exposed
-    pictures = max(lit / LARGEST_TURN, blur / LONGEST_WAY) if blurs else 1.0
+    pictures = 1.0
+    if blurs:
+        turned = sum(turn_in_sunlight(state, end) for end in ends) * exposed
+        against = sum(motion_apart(state, end, name) for end in ends) * exposed
+        pictures = max(turned / LARGEST_TURN, blur / LONGEST_WAY, against / LARGEST_STEP)
     return MovingScene(
         camera=camera,
         drawn=drawn,

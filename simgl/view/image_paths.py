@@ -22,6 +22,8 @@ from simgl.view.row_clock import camera_from_body
 
 # Nodes along the longer edge of a grid, and the least distance between them [px].
 _NODES, _NEAREST_NODES = 24, 4.0
+# Power of the squared distance by which nodes within an outline tell of those around it.
+_NEAR = 2.0
 # Air up to this height moves with the ground below it; what is above stands still as stars [m].
 _HIGHEST_AIR = 1e5
 
@@ -133,7 +135,7 @@ def _nearest(seen: Sequence[_Seen]) -> _Seen:
 def _extended(
     nodes: Array, found: Mask, velocity: Array, bend: Array, shape: tuple[int, ...]
 ) -> Array32:
-    """(rows, columns, 4) ways at all nodes, beyond an outline as at the nearest node within it.
+    """(rows, columns, 4) ways at all nodes, beyond an outline as at those nearest within it.
 
     An even turn or zoom goes on beyond it, and bends the ways: both are told by the linear change
     of the velocities over the picture.
@@ -144,15 +146,15 @@ def _extended(
     fit, *_ = np.linalg.lstsq(terms[found], velocity[found], rcond=None)
     even = terms @ fit
     change = fit[1:].T / scale
-    nearest = np.arange(len(nodes))
+    uneven = np.concatenate([velocity - even, bend], axis=-1)
     lost = np.flatnonzero(~found)
     if lost.size:
         inside = np.flatnonzero(found)
-        apart = ((nodes[lost, None] - nodes[inside]) ** 2).sum(axis=-1)
-        nearest[lost] = inside[apart.argmin(axis=1)]
-    ways = even + (velocity - even)[nearest]
+        near = ((nodes[lost, None] - nodes[inside]) ** 2).sum(axis=-1) ** -_NEAR
+        uneven[lost] = near / near.sum(axis=1, keepdims=True) @ uneven[inside]
+    ways = even + uneven[:, :2]
     # From a place back to where it came from: the change of velocity on the way, less the bend.
-    curves = ways @ change.T - 2.0 * bend[nearest]
+    curves = ways @ change.T - 2.0 * uneven[:, 2:]
     return np.concatenate([ways, curves], axis=-1).astype(np.float32).reshape(*shape, 4)
 
 
