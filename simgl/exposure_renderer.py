@@ -112,6 +112,7 @@ class ExposureRenderer:
                 filled=layer.filled,
                 margin=views.scene.margin,
                 target_size=target.size,
+                edges=not layer.small,
             )
             picture = self._target("layer", views.scene.drawn, _COVERED)
             picture.framebuffer.clear(viewport=sweep.read)

@@ -76,6 +76,7 @@ class Sweep:
     margin : of the picture around the target [px]
     target_size : of that [px]
     share : of the exposure
+    edges : whether it shows edges, which are to stay as sharp as they are across the motion
     """
 
     paths: ImagePaths
@@ -85,6 +86,7 @@ class Sweep:
     target_size: tuple[int, int]
     span: Span = Span()
     share: float = 1.0
+    edges: bool = False
 
     def reach(self, part: float = 1.0) -> tuple[int, int]:
         """How far it goes from where it is in a part of the exposure, along x and y [px]."""
@@ -175,7 +177,7 @@ class SweepPass:
             how.apply(self._ctx, into, (0, 0, *into.size), area)
             for texture in seen.textures:
                 _interpolate(texture)
-            fine = not chunks and len(steps) < _STEPS and sweep.span.row_rate == 0.0
+            fine = not chunks and len(steps) < _STEPS and sweep.edges
             program = self._program_for(
                 len(seen.textures), fine=fine, chunks=chunks, over=how is self.lays
             )

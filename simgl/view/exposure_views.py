@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from simgl.camera.camera import Camera
 from simgl.camera.pixel_ramp import SHARP, Ramps
 from simgl.scene.lamps import LampState
@@ -36,11 +38,13 @@ class Layer:
 
     filled : x, y, width, height that they may touch [px]
     paths : None where they are not swept
+    small : spacecraft of a few pixels alone
     """
 
     tiles: tuple[DrawnTile, ...]
     filled: Box
-    paths: ImagePaths | None
+    paths: ImagePaths | None = None
+    small: bool = False
 
     def goes_with(self, paths: ImagePaths) -> bool:
         """Whether it moves as what has these paths does."""
@@ -126,19 +130,45 @@ class MovingViews:
 
     def _layer(self, tiles: Sequence[DrawnTile], parts: Sequence[ExposurePart]) -> Layer:
         d = self.scene.drawn.detector
+        # Ramps bring light to the next pixel.
+        filled = _touched([one.tile for one in tiles], 1, (d.width, d.height))
         if any(one.view.field is not None for one in tiles):
             filled = 0, 0, d.width, d.height
-        else:
-            more = 0 if self.ramps == SHARP else 1
-            x0 = max(min(one.tile.x for one in tiles) - more, 0)
-            y0 = max(min(one.tile.y for one in tiles) - more, 0)
-            x1 = min(max(one.tile.x + one.tile.width for one in tiles) + more, d.width)
-            y1 = min(max(one.tile.y + one.tile.height for one in tiles) + more, d.height)
-            filled = x0, y0, x1 - x0, y1 - y0
+        if not self.scene.blurs and self.scene.margin == (0, 0):
+            return Layer(tiles=tuple(tiles), filled=filled)
         names = sorted({craft.name for one in tiles for craft in one.tile.spacecraft})
-        swept = self.scene.blurs or self.scene.margin != (0, 0)
-        paths = spacecraft_paths(parts, names, filled) if swept else None
-        return Layer(tiles=tuple(tiles), filled=filled, paths=paths)
+        paths = spacecraft_paths(parts, names, filled)
+        small = all(one.tile.window is not None for one in tiles)
+        if small:
+            tiles, paths = self._softened(tiles, paths)
+        return Layer(tiles=tuple(tiles), filled=filled, paths=paths, small=small)
+
+    def _softened(
+        self, tiles: Sequence[DrawnTile], paths: ImagePaths
+    ) -> tuple[list[DrawnTile], ImagePaths]:
+        """Small spacecraft with ramps between pixels, which are part of the motion.
+
+        A pixel does not tell where in it a point is; two with a ramp between them do. Without, all
+        of a streak would lie beside its place.
+        """
+        way = min(float(np.hypot(*paths.reach)), 1.0)
+        ramps = np.maximum(self.ramps, way)
+        more = float(np.mean(ramps**2 - np.square(self.ramps)))
+        red, green, blue, infrared = ramps.tolist()
+        soft = [
+            replace(one, view=replace(one.view, ramps=(red, green, blue, infrared)))
+            for one in tiles
+        ]
+        return soft, paths.shortened(more)
+
+
+def _touched(tiles: Sequence[RasterTile], more: int, size: tuple[int, int]) -> Box:
+    """x, y, width, height of the pixels of tiles, and so many around them [px]."""
+    x0 = max(min(tile.x for tile in tiles) - more, 0)
+    y0 = max(min(tile.y for tile in tiles) - more, 0)
+    x1 = min(max(tile.x + tile.width for tile in tiles) + more, size[0])
+    y1 = min(max(tile.y + tile.height for tile in tiles) + more, size[1])
+    return x0, y0, x1 - x0, y1 - y0
 
 
 def _rows_of(part: ExposurePart) -> tuple[int, int] | None:

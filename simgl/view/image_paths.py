@@ -7,7 +7,7 @@ another place of the picture. The ways there are known at the nodes of a grid, a
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,7 @@ from simgl.view.exposure_parts import BackgroundPart, ExposurePart
 from simgl.view.row_clock import camera_from_body
 
 # Nodes along the longer edge of a grid, and the least distance between them [px].
-_NODES, _NEAREST_NODES = 24, 4.0
+_NODES, _NEAREST_NODES = 20, 4.0
 # Power of the squared distance by which nodes within an outline tell of those around it.
 _NEAR = 2.0
 # Air up to this height moves with the ground below it; what is above stands still as stars [m].
@@ -49,6 +49,14 @@ class ImagePaths:
         """The longest ways along x and y during an exposure time [px]."""
         longest = np.abs(self.nodes[..., :2]).max(axis=(0, 1))
         return float(longest[0]), float(longest[1])
+
+    def shortened(self, square: float) -> ImagePaths:
+        """Ways whose squares are less by so much [px^2], 0 at least."""
+        v = self.nodes[..., :2]
+        squares = np.maximum((v**2).sum(axis=-1, keepdims=True), 1e-12)
+        shorter = np.sqrt(np.maximum(1.0 - square / squares, 0.0)).astype(np.float32)
+        nodes = np.concatenate([shorter * v, shorter**2 * self.nodes[..., 2:]], axis=-1)
+        return replace(self, nodes=nodes)
 
     def differ(self, other: ImagePaths) -> float:
         """Largest difference of a motion from that of other paths, at its own nodes [px]."""
