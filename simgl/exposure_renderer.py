@@ -12,9 +12,9 @@ from simgl.gpu.release import all_or_nothing, release_all
 from simgl.gpu.render_targets import Format, ImageTarget, TargetStore
 from simgl.gpu.timers import PassTimer
 from simgl.passes.average import AveragePass
+from simgl.passes.motion_sweep import Span, Sweep, SweepPass
 from simgl.passes.resolve import DistortedView, ResolvePass
 from simgl.passes.shading_points import ShadingPoints
-from simgl.passes.sweep import Span, Sweep, SweepPass
 from simgl.view.exposure_views import Layer, MovingViews, SweptBackground
 from simgl.view.frame_view import FrameView
 from simgl.view.raster_tiles import RasterTile
@@ -27,12 +27,12 @@ LitTiles = Iterator[tuple[RasterTile, ShadingPoints, tuple[moderngl.Texture, ...
 
 
 class ExposureRenderer:
-    """Sweeps pictures of spacecraft, and of what is behind them, over their ways in the image.
+    """Sweeps snapshots of spacecraft, and of what is behind them, over their ways in the image.
 
     The radiance of spacecraft and the share of each pixel that they cover are swept alike: what is
     behind is seen as long as nothing stands before it.
 
-    lit_tiles, background, lens : of the renderer that draws the pictures
+    lit_tiles, background, lens : of the renderer that draws the snapshots
     """
 
     @all_or_nothing
@@ -55,25 +55,25 @@ class ExposureRenderer:
     def draw(self, views: MovingViews, target: ImageTarget) -> None:
         """Fill a target of the image's size with the mean radiance that each row sees."""
         count = views.scene.count
-        pictures = iter(views.pictures())
-        picture = next(pictures)
+        snapshots = iter(views.snapshots())
+        snapshot = next(snapshots)
         if count == 1:
-            layers = self._draw_behind(views, picture[0][1], views.layers(picture), target)
+            layers = self._draw_behind(views, snapshot[0][1], views.layers(snapshot), target)
             self._lay(views, layers, target)
             return
         behind = self._target("behind", views.camera)
-        one = self._target("one picture", views.camera)
-        self._draw_behind(views, picture[0][1], [], behind)
+        one = self._target("one snapshot", views.camera)
+        self._draw_behind(views, snapshot[0][1], [], behind)
         target.blacken()
         while True:
             self._average.copy(behind.textures[0], one.framebuffer)
-            self._lay(views, views.layers(picture), one)
+            self._lay(views, views.layers(snapshot), one)
             with self._timer.measure("sweep"):
                 self._average.add(one.textures[0], 1.0 / count, target.framebuffer)
-            following = next(pictures, None)
+            following = next(snapshots, None)
             if following is None:
                 return
-            picture = following
+            snapshot = following
 
     def _draw_behind(
         self, views: MovingViews, view: FrameView, layers: list[Layer], target: ImageTarget
@@ -82,7 +82,7 @@ class ExposureRenderer:
 
         returns : the other layers
         """
-        alone = views.scene.behind_count == 1 and not views.scene.rows
+        single = views.scene.behind_count == 1 and not views.scene.rows
         for number, behind in enumerate(views.behind(view)):
             if behind.part is None or behind.paths is None:
                 self._background(behind.view, target)
@@ -90,7 +90,7 @@ class ExposureRenderer:
             drawn = self._target("swept background", views.scene.drawn)
             self._background(behind.view, drawn)
             # What stands before a background that moves as it does hides the same of it always.
-            while alone and layers and layers[0].goes_with(behind.paths):
+            while single and layers and layers[0].goes_with(behind.paths):
                 self._lay_tiles(layers.pop(0), drawn)
             with self._timer.measure("sweep"):
                 if number == 0 and views.scene.behind_count > 1:
@@ -114,20 +114,20 @@ class ExposureRenderer:
                 target_size=target.size,
                 edges=not layer.small,
             )
-            picture = self._target("layer", views.scene.drawn, _COVERED)
-            picture.framebuffer.clear(viewport=sweep.read)
-            self._add_tiles(layer, picture)
+            snapshot = self._target("layer", views.scene.drawn, _COVERED)
+            snapshot.framebuffer.clear(viewport=sweep.read)
+            self._add_tiles(layer, snapshot)
             with self._timer.measure("sweep"):
                 spare = partial(self._spare, views, _COVERED)
-                self._sweep.lay_over(sweep, picture, target.framebuffer, spare)
+                self._sweep.lay_over(sweep, snapshot, target.framebuffer, spare)
 
     def _lay_tiles(self, layer: Layer, target: ImageTarget) -> None:
         """Over what a target holds."""
         self._draw_tiles(layer, target, self._resolve.draw)
 
-    def _add_tiles(self, layer: Layer, picture: ImageTarget) -> None:
-        """Side by side in a picture of radiance and covered shares."""
-        self._draw_tiles(layer, picture, self._resolve.add_apart)
+    def _add_tiles(self, layer: Layer, snapshot: ImageTarget) -> None:
+        """Side by side in a snapshot of radiance and covered shares."""
+        self._draw_tiles(layer, snapshot, self._resolve.add_separately)
 
     def _draw_tiles(self, layer: Layer, target: ImageTarget, draw: Callable[..., None]) -> None:
         for one in layer.tiles:

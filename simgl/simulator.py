@@ -309,8 +309,7 @@ class Simulator:
     ) -> StillScene:
         """The scene while the shutter is open; the still one where nothing moves visibly."""
         camera = still.camera.name
-        scene = None if during is None else moving_scene(still.state, camera, during)
-        if scene is None:
+        if during is None or (scene := moving_scene(still.state, camera, during)) is None:
             return still
         moving = MovingViews(scene=scene, view_of=lambda part: self._view(part.state, camera, part))
         return replace(still, moving=moving, lit={}, drawn={})

@@ -1,10 +1,10 @@
-// A share of a picture.
+// A share of a snapshot.
 #include "block/average"
 
-uniform sampler2D picture;
+uniform sampler2D snapshot;
 
 out vec4 radiance;
 
 void main() {
-    radiance = share * texelFetch(picture, ivec2(gl_FragCoord.xy), 0);
+    radiance = share * texelFetch(snapshot, ivec2(gl_FragCoord.xy), 0);
 }

@@ -1,4 +1,4 @@
-"""Average: the mean of pictures of several moments."""
+"""Average: the mean of snapshots of several moments."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _AVERAGE = Block("Average", 28, np.dtype([("share", "f4", 4)]))
 
 
 class AveragePass:
-    """Copies pictures, and adds up shares of them."""
+    """Copies snapshots, and adds up shares of them."""
 
     fills = State()
     adds = State(blend=(moderngl.ONE, moderngl.ONE))
@@ -22,17 +22,17 @@ class AveragePass:
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        self._program = FullscreenProgram(ctx, "average/average", _AVERAGE, ["picture"])
+        self._program = FullscreenProgram(ctx, "average/average", _AVERAGE, ["snapshot"])
 
-    def copy(self, picture: moderngl.Texture, target: moderngl.Framebuffer) -> None:
-        """Fill a target with a picture of its size."""
+    def copy(self, snapshot: moderngl.Texture, target: moderngl.Framebuffer) -> None:
+        """Fill a target with a snapshot of its size."""
         self.fills.apply(self._ctx, target, (0, 0, *target.size))
-        self._program.draw({"share": np.ones(4)}, [picture])
+        self._program.draw({"share": np.ones(4)}, [snapshot])
 
-    def add(self, picture: moderngl.Texture, share: float, target: moderngl.Framebuffer) -> None:
-        """Add a share of a picture to a target."""
+    def add(self, snapshot: moderngl.Texture, share: float, target: moderngl.Framebuffer) -> None:
+        """Add a share of a snapshot to a target."""
         self.adds.apply(self._ctx, target, (0, 0, *target.size))
-        self._program.draw({"share": np.full(4, share)}, [picture])
+        self._program.draw({"share": np.full(4, share)}, [snapshot])
 
     def release(self) -> None:
         """Free everything."""

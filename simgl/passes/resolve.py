@@ -101,7 +101,7 @@ class ResolvePass:
         """
         self._draw(self.state, tile, points, radiance, target, lens, ramps, rows)
 
-    def add_apart(
+    def add_separately(
         self,
         tile: RasterTile,
         points: ShadingPoints,
@@ -145,7 +145,7 @@ class ResolvePass:
         textures = groups | {"block_pages": points.block_pages, "points": radiance}
         defines = [] if tile.window is None else ["WINDOW"]
         if state is self.adding:
-            defines.append("APART")
+            defines.append("SEPARATE")
         soft = ramps != SHARP
         if soft:
             box = _with_neighbours(box)

@@ -1,6 +1,6 @@
 """What is drawn of a scene that moves while the shutter is open.
 
-Pictures of moments, each of which is swept along its image motion over the part of the exposure
+Snapshots, each of which is swept along its image motion over the part of the exposure
 around it: one where the light on all spacecraft stays as it is, which is nearly always.
 """
 
@@ -26,7 +26,7 @@ from simgl.camera.rolling_shutter import (
 from simgl.scene.state import CameraState, SceneState
 from simgl.view.image_motion import (
     background_motion,
-    motion_apart,
+    motion_between,
     spacecraft_motion,
     turn,
     turn_in_sunlight,
@@ -37,11 +37,11 @@ from simgl.view.row_clock import RowClock, camera_from_body
 # Turn of a body, a joint or the camera against the Sun that is lit as at its middle [rad]. The
 # light then comes from within half a degree of where it should, as from the Sun's own disc.
 LARGEST_TURN = float(np.radians(1.0))
-# How far what hides something else moves against it in one picture [px].
+# How far what hides something else moves against it in one snapshot [px].
 LARGEST_STEP = 1.0
-# The longest way along which one picture is swept [px].
+# The longest way along which one snapshot is swept [px].
 LONGEST_WAY = 400.0
-# Steps in which the picture grows around the image, so that its textures last [px].
+# Steps in which the snapshot grows around the image, so that its textures last [px].
 _MARGIN_STEP = 16
 
 
@@ -108,8 +108,8 @@ class MovingScene:
     drawn : the same with a margin around the image, out of which things move into it
     margin : columns and rows [px]
     at : the scene at a time from the epoch [s], with ``drawn`` for its camera
-    count : of the pictures of spacecraft
-    blurs : whether these are swept; whether what is behind them is, and from how many pictures
+    count : of the snapshots of spacecraft
+    blurs : whether these are swept; whether what is behind them is, and from how many snapshots
     rows : of the parts of the image that are drawn apart; none where rows need not be told apart
     """
 
@@ -122,8 +122,8 @@ class MovingScene:
     behind_count: int
     rows: tuple[RowClock, ...]
 
-    def pictures(self) -> Iterator[tuple[ExposurePart, ...]]:
-        """What is drawn of the spacecraft for each picture, one part beside the other."""
+    def snapshots(self) -> Iterator[tuple[ExposurePart, ...]]:
+        """What is drawn of the spacecraft for each snapshot, one part beside the other."""
         length = self.camera.exposure_time / self.count
         for number in range(self.count):
             moment = (number + 0.5 - 0.5 * self.count) * length
@@ -206,11 +206,11 @@ def moving_scene(
         turned = sum(turn(state, end, name) for end in ends) * read_out(camera) / duration(camera)
         states = tuple(_seen_by(one, name, drawn) for one in (state, *ends))
         rows = _rows(drawn, _rows_used(states, name), turned, lean)
-    pictures = 1.0
+    snapshots = 1.0
     if blurs:
         turned = sum(turn_in_sunlight(state, end) for end in ends) * exposed
-        against = sum(motion_apart(state, end, name) for end in ends) * exposed
-        pictures = max(turned / LARGEST_TURN, blur / LONGEST_WAY, against / LARGEST_STEP)
+        against = sum(motion_between(state, end, name) for end in ends) * exposed
+        snapshots = max(turned / LARGEST_TURN, blur / LONGEST_WAY, against / LARGEST_STEP)
     return MovingScene(
         camera=camera,
         drawn=drawn,
@@ -219,7 +219,7 @@ def moving_scene(
             (drawn.detector.height - camera.detector.height) // 2,
         ),
         at=seen_by(drawn),
-        count=int(np.clip(np.ceil(pictures), 1, MAX_PARTS)),
+        count=int(np.clip(np.ceil(snapshots), 1, MAX_PARTS)),
         blurs=blurs,
         behind_count=int(np.clip(np.ceil(behind / LONGEST_WAY), 1, MAX_PARTS)) * moves_behind,
         rows=rows,

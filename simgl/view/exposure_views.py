@@ -1,4 +1,4 @@
-"""What is drawn of a moving scene: the pictures of its spacecraft, in layers, and those behind."""
+"""What is drawn of a moving scene: the snapshots of its spacecraft, in layers, and those behind."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class DrawnTile:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Layer:
-    """Tiles that are swept as one picture.
+    """Tiles that are swept as one snapshot.
 
     filled : x, y, width, height that they may touch [px]
     paths : None where they are not swept
@@ -89,9 +89,9 @@ class MovingViews:
         """Of the image."""
         return self.scene.camera
 
-    def pictures(self) -> Iterator[tuple[tuple[ExposurePart, FrameView], ...]]:
-        """The parts of each picture of spacecraft; each for an equal part of the exposure."""
-        for parts in self.scene.pictures():
+    def snapshots(self) -> Iterator[tuple[tuple[ExposurePart, FrameView], ...]]:
+        """The parts of each snapshot of spacecraft; each for an equal part of the exposure."""
+        for parts in self.scene.snapshots():
             yield tuple((part, replace(self.view_of(part), ramps=self.ramps)) for part in parts)
 
     def behind(self, view: FrameView) -> Iterator[SweptBackground]:
@@ -110,23 +110,23 @@ class MovingViews:
                 paths=background_paths(part, scene.camera.name),
             )
 
-    def layers(self, picture: Sequence[tuple[ExposurePart, FrameView]]) -> list[Layer]:
-        """Of one picture, the farthest first.
+    def layers(self, snapshot: Sequence[tuple[ExposurePart, FrameView]]) -> list[Layer]:
+        """Of one snapshot, the farthest first.
 
-        Where it is drawn in parts side by side they are one layer: a picture that is swept has no
+        Where it is drawn in parts side by side they are one layer: a snapshot that is swept has no
         seams.
         """
         tiles = [
             DrawnTile(view=seen, tile=tile, rows=_rows_of(part))
-            for part, view in picture
+            for part, view in snapshot
             for seen in view.pinholes
             for tile in seen.tiles
         ]
         if not tiles:
             return []
-        together = len(picture) > 1 or len(picture[0][1].pinholes) > 1
+        together = len(snapshot) > 1 or len(snapshot[0][1].pinholes) > 1
         groups = [tiles] if together else [[one] for one in tiles]
-        return [self._layer(group, [part for part, _ in picture]) for group in groups]
+        return [self._layer(group, [part for part, _ in snapshot]) for group in groups]
 
     def _layer(self, tiles: Sequence[DrawnTile], parts: Sequence[ExposurePart]) -> Layer:
         d = self.scene.drawn.detector
@@ -136,7 +136,7 @@ class MovingViews:
             filled = 0, 0, d.width, d.height
         if not self.scene.blurs and self.scene.margin == (0, 0):
             return Layer(tiles=tuple(tiles), filled=filled)
-        names = sorted({craft.name for one in tiles for craft in one.tile.spacecraft})
+        names = sorted({each.name for one in tiles for each in one.tile.spacecraft})
         paths = spacecraft_paths(parts, names, filled)
         small = all(one.tile.window is not None for one in tiles)
         if small:

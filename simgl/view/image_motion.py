@@ -102,7 +102,7 @@ def _joint_motion(before: SpacecraftModel, after: SpacecraftModel) -> float:
     return max(moved)
 
 
-def motion_apart(first: SceneState, second: SceneState, camera: str) -> float:
+def motion_between(first: SceneState, second: SceneState, camera: str) -> float:
     """Upper bound on how far spacecraft that may hide each other move against each other, and parts
     that joints carry against the rest [px]."""
     a, b = first.cameras[camera], second.cameras[camera]
@@ -110,15 +110,15 @@ def motion_apart(first: SceneState, second: SceneState, camera: str) -> float:
     for name, before in first.bodies.items():
         moved = _joint_motion(before.model, second.bodies[name].model)
         largest = max(largest, moved / _nearest(a, before))
-    for (one, before), (other, beside) in combinations(first.bodies.items(), 2):
+    for (one, before), (other, neighbour) in combinations(first.bodies.items(), 2):
         after, moved_to = second.bodies[one], second.bodies[other]
-        ways = _body_motion(a, b, before, after) + _body_motion(a, b, beside, moved_to)
-        if _angle_apart(a, before, beside) < ways:
-            change = _in_other(after, moved_to) - _in_other(before, beside)
-            mesh = beside.model.posed_mesh
+        ways = _body_motion(a, b, before, after) + _body_motion(a, b, neighbour, moved_to)
+        if _gap_angle(a, before, neighbour) < ways:
+            change = _in_other(after, moved_to) - _in_other(before, neighbour)
+            mesh = neighbour.model.posed_mesh
             way = float(np.linalg.norm(change[:3, :3] @ mesh.centre + change[:3, 3]))
             way += float(np.linalg.norm(change[:3, :3], 2)) * mesh.radius
-            largest = max(largest, way / _nearest(a, beside))
+            largest = max(largest, way / _nearest(a, neighbour))
     return a.camera.focal_length_px * largest
 
 
@@ -138,7 +138,7 @@ def _nearest(camera: CameraState, body: BodyState) -> float:
     return max(distance - reach, 0.1 * reach)
 
 
-def _angle_apart(camera: CameraState, *bodies: BodyState) -> float:
+def _gap_angle(camera: CameraState, *bodies: BodyState) -> float:
     """Between the bounding spheres of two bodies as the camera sees them [rad]; less than 0 where
     they overlap."""
     sights, widths = [], 0.0

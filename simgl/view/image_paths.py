@@ -1,7 +1,7 @@
-"""How what a picture shows moves across it while the shutter is open.
+"""How what a snapshot shows moves across it while the shutter is open.
 
-A picture of a moment stands for the exposure around it: what a pixel sees at a time stood then at
-another place of the picture. The ways there are known at the nodes of a grid, and linear between.
+A snapshot of a moment stands for the exposure around it: what a pixel sees at a time stood then at
+another place of the snapshot. The ways there are known at the nodes of a grid, and linear between.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ Box = tuple[int, int, int, int]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ImagePaths:
-    """Ways across a picture, at the nodes of a grid.
+    """Ways across a snapshot, at the nodes of a grid.
 
     origin : of the first node, column and row [px]
     step : from a node to the next [px]
     nodes : (rows, columns, 4) float32, v and a, along x and y [px]: what is seen at a place t
-        exposure times after the picture's moment is t v - t^2 a before it in the picture
+        exposure times after the snapshot's moment is t v - t^2 a before it in the snapshot
     """
 
     origin: tuple[float, float]
@@ -59,7 +59,7 @@ class ImagePaths:
         return replace(self, nodes=nodes)
 
     def differ(self, other: ImagePaths) -> float:
-        """Largest difference of a motion from that of other paths, at its own nodes [px]."""
+        """Largest difference of a motion from that of other paths, at these nodes [px]."""
         rows, columns = self.nodes.shape[:2]
         x, y = (self.origin[k] + self.step * np.arange(n) for k, n in enumerate((columns, rows)))
         theirs = other.nodes[..., :2].astype(np.float64)
@@ -78,13 +78,13 @@ class ImagePaths:
 class _Seen:
     """What some nodes see: how it moves about there.
 
-    found : (n,) whether the node sees any of it
+    hit : (n,) whether the node sees any of it
     velocity : (n, 2) over the exposure time [px]
     bend : (n, 2) of both ends from the middle, summed [px]
     distance : (n,) along the line of sight, for whether it is hidden
     """
 
-    found: Mask
+    hit: Mask
     velocity: Array
     bend: Array
     distance: Array
@@ -108,22 +108,22 @@ def spacecraft_paths(parts: Sequence[ExposurePart], names: Sequence[str], box: B
     """
     origin, step, grid = _grid(box)
     nodes = grid.reshape(-1, 2)
-    found = np.zeros(len(nodes), dtype=bool)
+    hit = np.zeros(len(nodes), dtype=bool)
     velocity, bend = np.zeros((2, len(nodes), 2))
     for part in parts:
-        own = np.ones(len(nodes), dtype=bool)
+        in_part = np.ones(len(nodes), dtype=bool)
         if part.rows is not None and len(parts) > 1:
-            own = (nodes[:, 1] >= part.rows.first) & (nodes[:, 1] < part.rows.end)
-        if own.any():
-            seen = _nearest([_of_body(part, name, nodes[own]) for name in names])
-            found[own], velocity[own], bend[own] = seen.found, seen.velocity, seen.bend
-    if not found.any():
+            in_part = (nodes[:, 1] >= part.rows.first) & (nodes[:, 1] < part.rows.end)
+        if in_part.any():
+            seen = _nearest([_of_body(part, name, nodes[in_part]) for name in names])
+            hit[in_part], velocity[in_part], bend[in_part] = seen.hit, seen.velocity, seen.bend
+    if not hit.any():
         # Too small or too thin for the nodes: as its middle.
         part = parts[len(parts) // 2]
         velocity[:], bend[:] = _of_middle(part, names[0])
-        found[:] = True
+        hit[:] = True
     return ImagePaths(
-        origin=origin, step=step, nodes=_extended(nodes, found, velocity, bend, grid.shape[:2])
+        origin=origin, step=step, nodes=_extended(nodes, hit, velocity, bend, grid.shape[:2])
     )
 
 
@@ -132,7 +132,7 @@ def _nearest(seen: Sequence[_Seen]) -> _Seen:
     for one in seen[1:]:
         nearer = one.distance < first.distance
         first = _Seen(
-            found=first.found | one.found,
+            hit=first.hit | one.hit,
             velocity=np.where(nearer[:, None], one.velocity, first.velocity),
             bend=np.where(nearer[:, None], one.bend, first.bend),
             distance=np.minimum(first.distance, one.distance),
@@ -141,23 +141,23 @@ def _nearest(seen: Sequence[_Seen]) -> _Seen:
 
 
 def _extended(
-    nodes: Array, found: Mask, velocity: Array, bend: Array, shape: tuple[int, ...]
+    nodes: Array, hit: Mask, velocity: Array, bend: Array, shape: tuple[int, ...]
 ) -> Array32:
     """(rows, columns, 4) ways at all nodes, beyond an outline as at those nearest within it.
 
     An even turn or zoom goes on beyond it, and bends the ways: both are told by the linear change
-    of the velocities over the picture.
+    of the velocities over the snapshot.
     """
-    middle = nodes[found].mean(axis=0)
+    middle = nodes[hit].mean(axis=0)
     scale = max(float(np.ptp(nodes)), 1.0)
     terms = np.column_stack([np.ones(len(nodes)), (nodes - middle) / scale])
-    fit, *_ = np.linalg.lstsq(terms[found], velocity[found], rcond=None)
+    fit, *_ = np.linalg.lstsq(terms[hit], velocity[hit], rcond=None)
     even = terms @ fit
     change = fit[1:].T / scale
     uneven = np.concatenate([velocity - even, bend], axis=-1)
-    lost = np.flatnonzero(~found)
+    lost = np.flatnonzero(~hit)
     if lost.size:
-        inside = np.flatnonzero(found)
+        inside = np.flatnonzero(hit)
         near = ((nodes[lost, None] - nodes[inside]) ** 2).sum(axis=-1) ** -_NEAR
         uneven[lost] = near / near.sum(axis=1, keepdims=True) @ uneven[inside]
     ways = even + uneven[:, :2]
@@ -206,8 +206,8 @@ def _of_body(part: ExposurePart, name: str, nodes: Array) -> _Seen:
     back = np.linalg.inv(pose.at(times))
     origins, ways = back[:, :3, 3], np.einsum("nij,nj->ni", back[:, :3, :3], rays)
     triangles, distance = ray_tracer(mesh).hits(origins, ways)
-    found = (triangles >= 0) & np.any(rays != 0.0, axis=-1)
-    places = np.where(found[:, None], origins + np.where(found, distance, 0.0)[:, None] * ways, 0.0)
+    hit = (triangles >= 0) & np.any(rays != 0.0, axis=-1)
+    places = np.where(hit[:, None], origins + np.where(hit, distance, 0.0)[:, None] * ways, 0.0)
     shifts = _joint_shifts(part, name, places, triangles) * pose.half
     ends = []
     for side in (-1.0, 1.0):
@@ -215,20 +215,20 @@ def _of_body(part: ExposurePart, name: str, nodes: Array) -> _Seen:
         moved = places + side * shifts
         seen = np.einsum("nij,nj->ni", matrices[:, :3, :3], moved) + matrices[:, :3, 3]
         ends.append(camera.project(seen))
-    found &= np.isfinite(ends[0]).all(axis=-1) & np.isfinite(ends[1]).all(axis=-1)
+    hit &= np.isfinite(ends[0]).all(axis=-1) & np.isfinite(ends[1]).all(axis=-1)
     velocity, bend = _motion(ends[0], nodes, ends[1], part)
     return _Seen(
-        found=found,
-        velocity=np.where(found[:, None], velocity, 0.0),
-        bend=np.where(found[:, None], bend, 0.0),
-        distance=np.where(found, distance, np.inf),
+        hit=hit,
+        velocity=np.where(hit[:, None], velocity, 0.0),
+        bend=np.where(hit[:, None], bend, 0.0),
+        distance=np.where(hit, distance, np.inf),
     )
 
 
 def _motion(before: Array, middle: Array, after: Array, part: ExposurePart) -> tuple[Array, Array]:
     """Velocity and bend of places [px], as rows see them that are exposed one after the other."""
     velocity, bend = after - before, after + before - 2.0 * middle
-    # In a picture whose rows have their own times, what comes along with these is seen longer.
+    # In a snapshot whose rows have their own times, what comes along with these is seen longer.
     runs = 1.0 - part.row_time / part.exposure_time * velocity[..., 1:]
     return velocity / np.maximum(runs, _SLOWEST), bend
 
@@ -277,8 +277,8 @@ def background_paths(part: BackgroundPart, name: str) -> ImagePaths:
     origin, step, grid = _grid((0, 0, d.width, d.height))
     nodes = grid.reshape(-1, 2)
     rays = camera.rays(nodes)
-    found: Mask = np.asarray(np.isfinite(rays).all(axis=-1))
-    sights = np.where(found[:, None], rays, [0.0, 0.0, 1.0]) @ placed.R_camera_from_icrf
+    hit: Mask = np.asarray(np.isfinite(rays).all(axis=-1))
+    sights = np.where(hit[:, None], rays, [0.0, 0.0, 1.0]) @ placed.R_camera_from_icrf
     sights /= np.linalg.norm(sights, axis=-1, keepdims=True)
     on_ground, places = _on_ground(state.earth, placed, sights)
     ends = []
@@ -290,16 +290,16 @@ def background_paths(part: BackgroundPart, name: str) -> ImagePaths:
             ground = ground @ other.R_camera_from_icrf.T
             seen = np.where(on_ground[:, None], ground, seen)
         ends.append(camera.project(seen))
-    found &= np.isfinite(ends[0]).all(axis=-1) & np.isfinite(ends[1]).all(axis=-1)
-    if not found.any():
+    hit &= np.isfinite(ends[0]).all(axis=-1) & np.isfinite(ends[1]).all(axis=-1)
+    if not hit.any():
         return ImagePaths(
             origin=origin, step=step, nodes=np.zeros((*grid.shape[:2], 4), np.float32)
         )
     share = part.exposure_time / (2.0 * part.half_span)
-    velocity = np.where(found[:, None], share * (ends[1] - ends[0]), 0.0)
-    bend = np.where(found[:, None], share**2 * (ends[1] + ends[0] - 2.0 * nodes), 0.0)
+    velocity = np.where(hit[:, None], share * (ends[1] - ends[0]), 0.0)
+    bend = np.where(hit[:, None], share**2 * (ends[1] + ends[0] - 2.0 * nodes), 0.0)
     return ImagePaths(
-        origin=origin, step=step, nodes=_extended(nodes, found, velocity, bend, grid.shape[:2])
+        origin=origin, step=step, nodes=_extended(nodes, hit, velocity, bend, grid.shape[:2])
     )
 
 

@@ -223,10 +223,11 @@ def above() -> Iterator[Simulator]:
 
 
 def test_the_earth_is_seen_for_as_long_as_nothing_stands_before_it(above: Simulator) -> None:
-    """A dark box that moves before it, and both as the camera turns."""
+    """A dark box that moves before it, and both as the camera turns: detail of single pixels is
+    read between them."""
     one = over_the_earth()
     slew = turning_camera(one, np.array([0.2, -0.98, 0.0]), 8.0 / FOCAL)
-    for during, tolerance in ((moving(one, 8.0), 0.002), (slew, 0.004)):
+    for during, tolerance in ((moving(one, 8.0), 0.002), (slew, 0.006)):
         image = electrons(above, during(one.epoch_tai_ns), during)
         wanted = by_instants(above, one, during, 12)
         assert wanted.min() < 0.1 * wanted.max()

@@ -1,4 +1,4 @@
-"""Sweep: what pixels see over an exposure, from a picture of its middle and the ways across it."""
+"""Sweep: what pixels see over an exposure, from a snapshot of its middle and the ways across it."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ _SWEEP = Block(
     30,
     np.dtype(
         [
-            # Of the picture around what is drawn from it [px].
+            # Of the snapshot around what is drawn from it [px].
             ("margin", "f4", 2),
             # Of the first node of the paths, and from a node to the next [px].
             ("nodes_origin", "f4", 2),
-            # From and to when the picture stands for what is seen; exposure times from the epoch.
+            # From and to when the snapshot stands for what is seen; exposure times from the epoch.
             ("segment", "f4", 2),
             ("nodes_step", "f4"),
             # Its own moment [exposure times].
@@ -48,11 +48,11 @@ _STEPS = 3
 
 @dataclass(frozen=True, kw_only=True)
 class Span:
-    """Which times a picture stands for, in exposure times from the epoch.
+    """Which times a snapshot stands for, in exposure times from the epoch.
 
     first, last : of the rows' exposures around their middles
-    moment : of the picture
-    row_rate : from a row's exposure to the next one's; 0 where the picture shows each row at its
+    moment : of the snapshot
+    row_rate : from a row's exposure to the next one's; 0 where the snapshot shows each row at its
         own time
     middle_row : whose exposure is about the epoch
     """
@@ -69,11 +69,11 @@ Spare = Callable[[int], ImageTarget]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Sweep:
-    """What is swept, and where it goes. Around what is filled the picture is empty.
+    """What is swept, and where it goes. Around what is filled the snapshot is empty.
 
-    size : of the picture [px]
+    size : of the snapshot [px]
     filled : x, y, width, height of that
-    margin : of the picture around the target [px]
+    margin : of the snapshot around the target [px]
     target_size : of that [px]
     share : of the exposure
     edges : whether it shows edges, which are to stay as sharp as they are across the motion
@@ -104,7 +104,7 @@ class Sweep:
 
     @property
     def read(self) -> Box:
-        """Of the picture, what is read."""
+        """Of the snapshot, what is read."""
         x, y = self.reach()
         return grown(self.filled, (2 * x, 2 * y), self.size)
 
@@ -118,7 +118,7 @@ def grown(box: Box, reach: tuple[int, int], size: tuple[int, int]) -> Box:
 
 
 class SweepPass:
-    """Sweeps pictures into targets, or over what these hold."""
+    """Sweeps snapshots into targets, or over what these hold."""
 
     fills = State()
     adds = State(blend=(moderngl.ONE, moderngl.ONE))
@@ -130,27 +130,27 @@ class SweepPass:
         self._programs: dict[tuple[str, ...], FullscreenProgram] = {}
 
     def fill(
-        self, sweep: Sweep, picture: ImageTarget, target: moderngl.Framebuffer, spare: Spare
+        self, sweep: Sweep, snapshot: ImageTarget, target: moderngl.Framebuffer, spare: Spare
     ) -> None:
-        """Fill the area of a sweep; spare : makes other targets like the picture, by a number."""
-        self._draw(sweep, picture, target, self.fills, spare)
+        """Fill the area of a sweep; spare : makes other targets like the snapshot, by a number."""
+        self._draw(sweep, snapshot, target, self.fills, spare)
 
     def add(
-        self, sweep: Sweep, picture: ImageTarget, target: moderngl.Framebuffer, spare: Spare
+        self, sweep: Sweep, snapshot: ImageTarget, target: moderngl.Framebuffer, spare: Spare
     ) -> None:
         """Add to what a target holds there."""
-        self._draw(sweep, picture, target, self.adds, spare)
+        self._draw(sweep, snapshot, target, self.adds, spare)
 
     def lay_over(
-        self, sweep: Sweep, picture: ImageTarget, target: moderngl.Framebuffer, spare: Spare
+        self, sweep: Sweep, snapshot: ImageTarget, target: moderngl.Framebuffer, spare: Spare
     ) -> None:
-        """Lay a picture over it: of radiance, and the covered share of each pixel."""
-        self._draw(sweep, picture, target, self.lays, spare)
+        """Lay a snapshot over it: of radiance, and the covered share of each pixel."""
+        self._draw(sweep, snapshot, target, self.lays, spare)
 
     def _draw(
         self,
         sweep: Sweep,
-        picture: ImageTarget,
+        snapshot: ImageTarget,
         target: moderngl.Framebuffer,
         state: State,
         spare: Spare,
@@ -158,7 +158,7 @@ class SweepPass:
         steps = _steps(max(sweep.paths.reach))
         ways = table_texture(self._ctx, sweep.paths.nodes)
         _interpolate(ways)
-        part, seen = 1.0 / float(np.prod(steps[1:], dtype=np.float64)), picture
+        part, seen = 1.0 / float(np.prod(steps[1:], dtype=np.float64)), snapshot
         for number, count in enumerate(steps):
             chunks = number > 0
             if chunks:
@@ -167,7 +167,7 @@ class SweepPass:
             if last:
                 into, area, how, span = target, sweep.area, state, sweep
             else:
-                # In a picture of its own, over a part of the exposure.
+                # In a snapshot of its own, over a part of the exposure.
                 between = spare(number % 2)
                 between.framebuffer.clear(viewport=sweep.read)
                 area = grown(sweep.filled, sweep.reach(part), sweep.size)
@@ -187,14 +187,14 @@ class SweepPass:
         ways.release()
 
     def _program_for(
-        self, pictures: int, *, fine: bool, chunks: bool, over: bool
+        self, snapshots: int, *, fine: bool, chunks: bool, over: bool
     ) -> FullscreenProgram:
-        defines = ("COVERED",) * (pictures > 1) + ("FINE",) * fine
+        defines = ("COVERED",) * (snapshots > 1) + ("FINE",) * fine
         defines += ("CHUNKS",) * chunks + ("OVER",) * over
         if defines not in self._programs:
-            samplers = ["picture", "paths"] + ["covered"] * (pictures > 1)
+            samplers = ["snapshot", "paths"] + ["covered"] * (snapshots > 1)
             self._programs[defines] = FullscreenProgram(
-                self._ctx, "sweep/sweep", _SWEEP, samplers, defines
+                self._ctx, "motion_sweep/motion_sweep", _SWEEP, samplers, defines
             )
         return self._programs[defines]
 
@@ -242,5 +242,5 @@ def _steps(way: float) -> tuple[int, ...]:
 
 
 def _places(way: float) -> int:
-    """On either side of the middle, for ways of so many pixels (``sweep.frag``)."""
+    """On either side of the middle, for ways of so many pixels (``motion_sweep.frag``)."""
     return max(int(np.ceil(0.5 * (np.sqrt(way**2 + 1.0) - 1.0) - 1e-6)), 1)

@@ -1,18 +1,18 @@
-// What pixels see while the shutter is open, from a picture of a moment and the ways of what it shows: the
-// mean over the exposure of the places of the picture that come past a pixel.
+// What pixels see while the shutter is open, from a snapshot of a moment and the ways of what it shows: the
+// mean over the exposure of the places of the snapshot that come past a pixel.
 //
 // Along the longer axis of the motion the places lie a pixel apart, so that an even motion reads pixels of
-// the picture at their middles, and nothing gets wider along it than it should. The places at both ends
+// the snapshot at their middles, and nothing gets wider along it than it should. The places at both ends
 // count in part, so that the variance of all is that of the motion.
 //
-// CHUNKS: the picture is one that was swept already, over an equal part of the exposure.
+// CHUNKS: the snapshot is one that was swept already, over an equal part of the exposure.
 // FINE: what is between pixels across the motion is told from four of them, so that edges along it stay
 // as sharp as they are.
 // COVERED: it comes with the covered share of its pixels.
-// OVER: that is the second source, so that blending lays the picture over what is behind it.
+// OVER: that is the second source, so that blending lays the snapshot over what is behind it.
 #include "block/sweep"
 
-uniform sampler2D picture;   // read with linear interpolation
+uniform sampler2D snapshot;   // read with linear interpolation
 uniform sampler2D paths;     // v and a [px]: t exposure times ago it was t v - t^2 a before
 #ifdef COVERED
 uniform sampler2D covered;
@@ -28,10 +28,10 @@ layout(location = 1) out vec4 share_covered;
 // Light, and the covered share.
 #ifdef COVERED
 #define Seen mat2x4
-#define SEEN(place) mat2x4(texture(picture, place), texture(covered, place))
+#define SEEN(place) mat2x4(texture(snapshot, place), texture(covered, place))
 #else
 #define Seen vec4
-#define SEEN(place) texture(picture, place)
+#define SEEN(place) texture(snapshot, place)
 #endif
 
 #ifdef FINE
@@ -56,16 +56,16 @@ vec4 fine(sampler2D from, ivec2 pixel, ivec2 across, ivec2 end, float part) {
                    texelFetch(from, clamp(pixel + 2 * across, ivec2(0), end), 0), part);
 }
 
-// At a place of a picture [px], which lies in the middle of a row, or column, across the motion.
+// At a place of a snapshot [px], which lies in the middle of a row, or column, across the motion.
 Seen fine_at(vec2 place, ivec2 across) {
-    ivec2 end = textureSize(picture, 0) - 1;
+    ivec2 end = textureSize(snapshot, 0) - 1;
     vec2 corner = place - 0.5 * vec2(across);
     ivec2 pixel = ivec2(floor(corner));
     float part = dot(corner - floor(corner), vec2(across));
 #ifdef COVERED
-    return mat2x4(fine(picture, pixel, across, end, part), fine(covered, pixel, across, end, part));
+    return mat2x4(fine(snapshot, pixel, across, end, part), fine(covered, pixel, across, end, part));
 #else
-    return fine(picture, pixel, across, end, part);
+    return fine(snapshot, pixel, across, end, part);
 #endif
 }
 #endif
@@ -74,7 +74,7 @@ void main() {
     vec2 at = gl_FragCoord.xy + margin;
     vec2 size = vec2(textureSize(paths, 0));
     vec4 path = texture(paths, ((at - nodes_origin) / nodes_step + 0.5) / size);
-    // The part of the row's exposure that this picture stands for, exposure times from its own moment.
+    // The part of the row's exposure that this snapshot stands for, exposure times from its own moment.
     float opens = (gl_FragCoord.y - middle_row) * row_rate - 0.5;
     float from = max(opens, segment.x), to = min(opens + 1.0, segment.y);
     float span = max(to - from, 0.0), middle = 0.5 * (from + to) - moment;
@@ -84,7 +84,7 @@ void main() {
 #undef SEEN
 #define SEEN(place) fine_at(place, across)
 #else
-    vec2 texel = 1.0 / vec2(textureSize(picture, 0));
+    vec2 texel = 1.0 / vec2(textureSize(snapshot, 0));
 #endif
     vec2 way = path.xy * texel, curve = path.zw * texel;
     // What is seen in the middle, and a unit of time before.
@@ -114,9 +114,9 @@ void main() {
     // The middle lies in a pixel's.
     ivec2 here = ivec2(place);
 #ifdef COVERED
-    sum = mat2x4(texelFetch(picture, here, 0), texelFetch(covered, here, 0));
+    sum = mat2x4(texelFetch(snapshot, here, 0), texelFetch(covered, here, 0));
 #else
-    sum = texelFetch(picture, here, 0);
+    sum = texelFetch(snapshot, here, 0);
 #endif
 #else
     sum = SEEN(place);
