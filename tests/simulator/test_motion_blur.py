@@ -1,4 +1,4 @@
-"""Motion blur: pictures swept along their ways, against images of many instants and by hand."""
+"""Motion blur: snapshots swept along their ways, against images of many instants and by hand."""
 
 from __future__ import annotations
 
@@ -16,57 +16,8 @@ from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState
 from simgl.simulator import Simulator
 from tests.scenes import lambert, scene
+from tests.simulator.blurred_scenes import CAMERA, EXPOSURE, before, box, moving
 from tests.simulator.moving_scenes import BOX, FOCAL, RANGE, Motion, electrons
-
-EXPOSURE = 0.01
-
-
-CAMERA: dict[str, object] = {
-    "position_icrf_m": [0, 0, RANGE],
-    "look_at": "craft",
-    "up": [0.0, 1.0, 0.0],
-    "shutter": "global",
-    "exposure_time_s": EXPOSURE,
-}
-
-
-def before(camera: dict[str, object], **models: object) -> Scenario:
-    """Spacecraft in deep space, "craft" a metre before the others."""
-    bodies = {
-        name: {"model": model, "position_icrf_m": [0, 0, 0.0 if name == "craft" else -1.0]}
-        for name, model in models.items()
-    }
-    render = {"samples_per_pixel": 30}
-    return scene(bodies, CAMERA | camera, render=render, sun_direction=(0.3, 0.2, 1.0))
-
-
-def box(**camera: object) -> Scenario:
-    return before(camera, craft=BOX)
-
-
-def moving(
-    one: Scenario,
-    right: float = 0.0,
-    down: float = 0.0,
-    *,
-    nearer: float = 0.0,
-    from_x: float = 0.0,
-) -> Motion:
-    """The craft moves across the image [px], and nearer by a share of its range, per exposure.
-
-    from_x : where it is in the middle of it, from the image's middle [px]
-    """
-    rest = one.at(one.epoch_tai_ns)
-    body, axes = rest.bodies["craft"], rest.cameras["cam"].R_camera_from_icrf
-    step = RANGE * np.array([right / FOCAL, down / FOCAL, -nearer]) @ axes
-    middle = body.pose.position + RANGE * from_x / FOCAL * axes[0]
-
-    def at(tai_ns: int) -> SceneState:
-        way = step * (tai_ns - one.epoch_tai_ns) * 1e-9 / EXPOSURE
-        moved = replace(body, pose=replace(body.pose, position=middle + way))
-        return replace(rest, tai_ns=tai_ns, bodies={**rest.bodies, "craft": moved})
-
-    return at
 
 
 def turning_camera(one: Scenario, axis: Array, angle: float, during_s: float = EXPOSURE) -> Motion:
@@ -182,7 +133,7 @@ def test_what_is_out_of_the_image_comes_into_it(gl: moderngl.Context) -> None:
 def test_what_passes_before_another_hides_it_for_as_long_as_it_does(gl: moderngl.Context) -> None:
     """A dark box moves by 4 px before a bright one that stands still."""
     dark = {"box": {"size_m": [1.0, 0.5, 0.3], "material": lambert(0.05)}}
-    one = before({}, craft=dark, behind=BOX)
+    one = before({}, {"craft": dark, "behind": BOX})
     image, wanted = drawn(gl, one, moving(one, 4.0), 12)
     assert np.sqrt(np.mean(np.square(image - wanted))) < 0.004 * wanted.max()
 
