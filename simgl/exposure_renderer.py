@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
 from functools import partial
 
 import moderngl
@@ -26,13 +27,20 @@ _COVERED = (Format("f4", 4), Format("f4", 4))
 LitTiles = Iterator[tuple[RasterTile, ShadingPoints, tuple[moderngl.Texture, ...]]]
 
 
+@dataclass(frozen=True)
+class Drawing:
+    """How a renderer draws snapshots: spacecraft, what is behind them, what a lens does to them."""
+
+    lit_tiles: Callable[[FrameView, Iterable[RasterTile]], LitTiles]
+    background: Callable[[FrameView, ImageTarget], None]
+    lens: Callable[[FrameView], DistortedView | None]
+
+
 class ExposureRenderer:
     """Sweeps snapshots of spacecraft, and of what is behind them, over their ways in the image.
 
     The radiance of spacecraft and the share of each pixel that they cover are swept alike: what is
     behind is seen as long as nothing stands before it.
-
-    lit_tiles, background, lens : of the renderer that draws the snapshots
     """
 
     @all_or_nothing
@@ -41,33 +49,29 @@ class ExposureRenderer:
         ctx: moderngl.Context,
         timer: PassTimer,
         resolve: ResolvePass,
-        lit_tiles: Callable[[FrameView, Iterable[RasterTile]], LitTiles],
-        background: Callable[[FrameView, ImageTarget], None],
-        lens: Callable[[FrameView], DistortedView | None],
     ) -> None:
         self._timer, self._resolve = timer, resolve
-        self._lit_tiles, self._background, self._lens = lit_tiles, background, lens
         self._sweep = SweepPass(ctx)
         self._average = AveragePass(ctx)
         self._targets = TargetStore(ctx)
         self._ctx = ctx
 
-    def draw(self, views: MovingViews, target: ImageTarget) -> None:
+    def draw(self, views: MovingViews, target: ImageTarget, by: Drawing) -> None:
         """Fill a target of the image's size with the mean radiance that each row sees."""
         count = views.scene.count
         snapshots = iter(views.snapshots())
         snapshot = next(snapshots)
         if count == 1:
-            layers = self._draw_behind(views, snapshot[0][1], views.layers(snapshot), target)
-            self._lay(views, layers, target)
+            layers = self._draw_behind(by, views, snapshot[0][1], views.layers(snapshot), target)
+            self._lay(by, views, layers, target)
             return
         behind = self._target("behind", views.camera)
         one = self._target("one snapshot", views.camera)
-        self._draw_behind(views, snapshot[0][1], [], behind)
+        self._draw_behind(by, views, snapshot[0][1], [], behind)
         target.blacken()
         while True:
             self._average.copy(behind.textures[0], one.framebuffer)
-            self._lay(views, views.layers(snapshot), one)
+            self._lay(by, views, views.layers(snapshot), one)
             with self._timer.measure("sweep"):
                 self._average.add(one.textures[0], 1.0 / count, target.framebuffer)
             following = next(snapshots, None)
@@ -76,7 +80,12 @@ class ExposureRenderer:
             snapshot = following
 
     def _draw_behind(
-        self, views: MovingViews, view: FrameView, layers: list[Layer], target: ImageTarget
+        self,
+        by: Drawing,
+        views: MovingViews,
+        view: FrameView,
+        layers: list[Layer],
+        target: ImageTarget,
     ) -> list[Layer]:
         """Fill a target with what is behind spacecraft and with those that go along with it.
 
@@ -85,13 +94,13 @@ class ExposureRenderer:
         single = views.scene.behind_count == 1 and not views.scene.rows
         for number, behind in enumerate(views.behind(view)):
             if behind.part is None or behind.paths is None:
-                self._background(behind.view, target)
+                by.background(behind.view, target)
                 return layers
             drawn = self._target("swept background", views.scene.drawn)
-            self._background(behind.view, drawn)
+            by.background(behind.view, drawn)
             # What stands before a background that moves as it does hides the same of it always.
             while single and layers and layers[0].goes_with(behind.paths):
-                self._lay_tiles(layers.pop(0), drawn)
+                self._lay_tiles(by, layers.pop(0), drawn)
             with self._timer.measure("sweep"):
                 if number == 0 and views.scene.behind_count > 1:
                     target.blacken()
@@ -100,11 +109,13 @@ class ExposureRenderer:
                 draw(_of_background(views, behind), drawn, target.framebuffer, spare)
         return layers
 
-    def _lay(self, views: MovingViews, layers: list[Layer], target: ImageTarget) -> None:
+    def _lay(
+        self, by: Drawing, views: MovingViews, layers: list[Layer], target: ImageTarget
+    ) -> None:
         """Lay swept layers over what a target holds, the farthest first."""
         for layer in layers:
             if layer.paths is None:
-                self._lay_tiles(layer, target)
+                self._lay_tiles(by, layer, target)
                 continue
             sweep = Sweep(
                 paths=layer.paths,
@@ -116,23 +127,25 @@ class ExposureRenderer:
             )
             snapshot = self._target("layer", views.scene.drawn, _COVERED)
             snapshot.framebuffer.clear(viewport=sweep.read)
-            self._add_tiles(layer, snapshot)
+            self._add_tiles(by, layer, snapshot)
             with self._timer.measure("sweep"):
                 spare = partial(self._spare, views, _COVERED)
                 self._sweep.lay_over(sweep, snapshot, target.framebuffer, spare)
 
-    def _lay_tiles(self, layer: Layer, target: ImageTarget) -> None:
+    def _lay_tiles(self, by: Drawing, layer: Layer, target: ImageTarget) -> None:
         """Over what a target holds."""
-        self._draw_tiles(layer, target, self._resolve.draw)
+        self._draw_tiles(by, layer, target, self._resolve.draw)
 
-    def _add_tiles(self, layer: Layer, snapshot: ImageTarget) -> None:
+    def _add_tiles(self, by: Drawing, layer: Layer, snapshot: ImageTarget) -> None:
         """Side by side in a snapshot of radiance and covered shares."""
-        self._draw_tiles(layer, snapshot, self._resolve.add_separately)
+        self._draw_tiles(by, layer, snapshot, self._resolve.add_separately)
 
-    def _draw_tiles(self, layer: Layer, target: ImageTarget, draw: Callable[..., None]) -> None:
+    def _draw_tiles(
+        self, by: Drawing, layer: Layer, target: ImageTarget, draw: Callable[..., None]
+    ) -> None:
         for one in layer.tiles:
-            how = self._lens(one.view), one.view.ramps, one.rows
-            for tile, points, (radiance,) in self._lit_tiles(one.view, [one.tile]):
+            how = by.lens(one.view), one.view.ramps, one.rows
+            for tile, points, (radiance,) in by.lit_tiles(one.view, [one.tile]):
                 with self._timer.measure("resolve"):
                     draw(tile, points, radiance, target.framebuffer, *how)
 

@@ -11,7 +11,7 @@ from simgl.arrays import Array32, Mask
 from simgl.camera.camera import Camera
 from simgl.camera.pinhole_fields import pinhole_fields
 from simgl.errors import ConfigError
-from simgl.exposure_renderer import ExposureRenderer
+from simgl.exposure_renderer import Drawing, ExposureRenderer
 from simgl.gpu.context import current, is_software
 from simgl.gpu.release import all_or_nothing, release_all
 from simgl.gpu.render_targets import Format, ImageTarget, TargetStore, drawable_part, largest_edge
@@ -104,8 +104,7 @@ class Renderer:
         self._targets = TargetStore(ctx)
         shared = self._visibility, self._geometry, self._resolve, self._warp, self._planet
         self._thermal = ThermalRenderer(ctx, self.timer, *shared)
-        draws = self._lit_tiles, self._all_background, self._distorted
-        self._exposure = ExposureRenderer(ctx, self.timer, self._resolve, *draws)
+        self._exposure = ExposureRenderer(ctx, self.timer, self._resolve)
 
     def check_size(self, camera: Camera) -> None:
         """Raise ConfigError for a camera whose images this driver cannot draw."""
@@ -159,7 +158,8 @@ class Renderer:
     def radiance_during(self, views: MovingViews) -> ImageTarget:
         """The mean radiance that each row sees over its exposure, as ``radiance`` gives it."""
         target = self._target(f"radiance {views.ramps}", views.camera, _BANDS)
-        self._exposure.draw(views, target)
+        drawing = Drawing(self._lit_tiles, self._all_background, self._distorted)
+        self._exposure.draw(views, target, drawing)
         return target
 
     def _lay_spacecraft(

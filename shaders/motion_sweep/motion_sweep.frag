@@ -46,7 +46,8 @@ vec4 part_of(vec4 before, vec4 pixel, vec4 after, float part) {
 
 // A share of the way from a pixel to the next one.
 vec4 between(vec4 before, vec4 low, vec4 high, vec4 after, float part) {
-    return low - part_of(before, low, high, part) + part_of(low, high, after, part);
+    // Not less than 0, to which rounding leads.
+    return max(low - part_of(before, low, high, part) + part_of(low, high, after, part), vec4(0.0));
 }
 
 vec4 fine(sampler2D from, ivec2 pixel, ivec2 across, ivec2 end, float part) {

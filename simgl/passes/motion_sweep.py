@@ -40,10 +40,9 @@ _SWEEP = Block(
     ),
 )
 
-# Longest ways that are swept in one step, and in two [px]. A further one reads between pixels, and
-# so widens what is along the motion by 0.2 square pixels; few steps of many places take longer.
+# Longest ways that are swept in one step, and in two [px]. Steps of two or more read between pixels,
+# and widen edges along the motion by 0.2 square pixels each; one step of many places takes longer.
 _ONE_STEP, _TWO_STEPS = 8.9, 80.0
-_STEPS = 3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -177,7 +176,7 @@ class SweepPass:
             how.apply(self._ctx, into, (0, 0, *into.size), area)
             for texture in seen.textures:
                 _interpolate(texture)
-            fine = not chunks and len(steps) < _STEPS and sweep.edges
+            fine = sweep.edges and len(steps) == 1
             program = self._program_for(
                 len(seen.textures), fine=fine, chunks=chunks, over=how is self.lays
             )
@@ -231,7 +230,7 @@ def _steps(way: float) -> tuple[int, ...]:
     pixels."""
     if way <= _ONE_STEP:
         return (_places(way),)
-    number = 2 if way <= _TWO_STEPS else _STEPS
+    number = 2 if way <= _TWO_STEPS else 3
     # As many reads in each, of an odd number of places.
     places = max(round(0.5 * (way ** (1.0 / number) - 1.0)), 1)
     parts = way / np.sqrt((2 * places + 1) ** 2 - 1.0)
