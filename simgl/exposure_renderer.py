@@ -126,7 +126,7 @@ class ExposureRenderer:
                 edges=not layer.small,
             )
             snapshot = self._target("layer", views.scene.drawn, _COVERED)
-            snapshot.framebuffer.clear(viewport=sweep.read)
+            snapshot.framebuffer.clear(viewport=sweep.read())
             self._add_tiles(by, layer, snapshot)
             with self._timer.measure("sweep"):
                 spare = partial(self._spare, views, _COVERED)

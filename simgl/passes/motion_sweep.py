@@ -40,7 +40,7 @@ _SWEEP = Block(
     ),
 )
 
-# Longest ways that are swept in one step, and in two [px]. Steps of two or more read between pixels,
+# Longest ways that are swept in one step, and in two [px]. Steps of two or more read between pixels
 # and widen edges along the motion by 0.2 square pixels each; one step of many places takes longer.
 _ONE_STEP, _TWO_STEPS = 8.9, 80.0
 
@@ -102,9 +102,14 @@ class Sweep:
         return x0, y0, max(x1 - x0, 0), max(y1 - y0, 0)
 
     @property
-    def read(self) -> Box:
-        """Of the snapshot, what is read."""
-        x, y = self.reach()
+    def steps(self) -> tuple[int, ...]:
+        """Places on either side of the middle in the first step, and the chunks of each further."""
+        return _steps(max(self.paths.reach))
+
+    def read(self, step: int = 0) -> Box:
+        """What a step reads of the snapshot, or of what the step before has made of it."""
+        part = 1.0 / float(np.prod(self.steps[step + 1 :], dtype=np.float64))
+        x, y = self.reach(part)
         return grown(self.filled, (2 * x, 2 * y), self.size)
 
 
@@ -154,7 +159,7 @@ class SweepPass:
         state: State,
         spare: Spare,
     ) -> None:
-        steps = _steps(max(sweep.paths.reach))
+        steps = sweep.steps
         ways = table_texture(self._ctx, sweep.paths.nodes)
         _interpolate(ways)
         part, seen = 1.0 / float(np.prod(steps[1:], dtype=np.float64)), snapshot
@@ -168,7 +173,7 @@ class SweepPass:
             else:
                 # In a snapshot of its own, over a part of the exposure.
                 between = spare(number % 2)
-                between.framebuffer.clear(viewport=sweep.read)
+                between.framebuffer.clear(viewport=sweep.read(number + 1))
                 area = grown(sweep.filled, sweep.reach(part), sweep.size)
                 half = Span(first=-0.5 * part, last=0.5 * part)
                 span = replace(sweep, margin=(0, 0), span=half, share=1.0 / part)
