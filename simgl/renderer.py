@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
-from itertools import chain
 
 import moderngl
-import numpy as np
 
-from simgl.arrays import Array, Array32, Mask
+from simgl.arrays import Array32, Mask
 from simgl.camera.camera import Camera
 from simgl.camera.pinhole_fields import pinhole_fields
 from simgl.errors import ConfigError
+from simgl.exposure_renderer import Drawing, ExposureRenderer
 from simgl.gpu.context import current, is_software
 from simgl.gpu.release import all_or_nothing, release_all
 from simgl.gpu.render_targets import Format, ImageTarget, TargetStore, drawable_part, largest_edge
@@ -33,7 +32,6 @@ from simgl.passes.lamp_shadow import LampShadowPass
 from simgl.passes.mesh_store import MeshStore, VertexLighting
 from simgl.passes.reference_gather import ReferenceGather
 from simgl.passes.resolve import DistortedView, ResolvePass
-from simgl.passes.rows import RowsPass
 from simgl.passes.shading_points import BLOCK, ShadingPoints
 from simgl.passes.shadow import ShadowPass
 from simgl.passes.sunlight import SunlightPass
@@ -54,6 +52,7 @@ from simgl.thermal_renderer import ThermalRenderer
 from simgl.view.background import SkyView
 from simgl.view.background_tiles import tiles_behind
 from simgl.view.celestial import CelestialView
+from simgl.view.exposure_views import MovingViews
 from simgl.view.frame_view import FrameView, lit_parts, truth_tile
 from simgl.view.raster_tiles import RasterTile
 
@@ -103,11 +102,11 @@ class Renderer:
         self._reference_gather = ReferenceGather(self._transports, self._interreflection.light)
         self._resolve = ResolvePass(ctx)
         self._warp = WarpPass(ctx)
-        self._rows = RowsPass(ctx)
         self._truth = TruthPass(ctx, self._meshes)
         self._targets = TargetStore(ctx)
         shared = self._visibility, self._geometry, self._resolve, self._warp, self._planet
         self._thermal = ThermalRenderer(ctx, self.timer, *shared)
+        self._exposure = ExposureRenderer(ctx, self.timer, self._resolve)
 
     def check_size(self, camera: Camera) -> None:
         """Raise ConfigError for a camera whose images this driver cannot draw."""
@@ -156,61 +155,12 @@ class Renderer:
         self._lay_spacecraft(view, target, with_background=view.hides_much)
         return target
 
-    def radiance_during(
-        self,
-        behind: Iterable[tuple[FrameView, Array]],
-        parts: Iterable[tuple[FrameView, Array]],
-    ) -> ImageTarget:
-        """The mean radiance that each row sees over its exposure, as ``radiance`` gives it.
-
-        behind : what is behind the spacecraft; parts : these; each with its share of each row's
-            exposure (height,), and drawn when it is asked for
-        """
-        parts = iter(parts)
-        first = next(parts)
-        target = self._target(f"radiance {first[0].ramps}", first[0].camera, _BANDS)
-        one = self._target("one moment", first[0].camera, _BANDS)
-        if first[0].is_separate(first[1]):
-            self._mean_background(behind, one, target)
-            for view, _ in chain([first], parts):
-                self._lay_spacecraft(view, target)
-            return target
-        background = self._target("background", first[0].camera, _BANDS)
-        self._mean_background(behind, one, background)
-        with self.timer.measure("rows"):
-            area = (0, 0, *target.size)
-            self._rows.copy(background.textures[0], target.framebuffer, area)
-        for view, share in chain([first], parts):
-            if not any(seen.tiles for seen in view.pinholes):
-                continue
-            area = view.touched
-            with self.timer.measure("rows"):
-                self._rows.copy(background.textures[0], one.framebuffer, area)
-            self._lay_spacecraft(view, one)
-            with self.timer.measure("rows"):
-                self._rows.add_beyond(
-                    one.textures[0], background.textures[0], share, target.framebuffer, area
-                )
+    def radiance_during(self, views: MovingViews) -> ImageTarget:
+        """The mean radiance that each row sees over its exposure, as ``radiance`` gives it."""
+        target = self._target(f"radiance {views.ramps}", views.camera, _BANDS)
+        drawing = Drawing(self._lit_tiles, self._all_background, self._distorted)
+        self._exposure.draw(views, target, drawing)
         return target
-
-    def _mean_background(
-        self, behind: Iterable[tuple[FrameView, Array]], one: ImageTarget, mean: ImageTarget
-    ) -> None:
-        """Fill a target with the mean over the rows' exposures of what is behind spacecraft."""
-        filled = False
-        for view, share in behind:
-            if np.all(share == 1.0):
-                self._all_background(view, mean)
-                return
-            if not filled:
-                mean.blacken()
-                filled = True
-            seen = np.flatnonzero(share)
-            if not seen.size:
-                continue
-            self._all_background(view, one, (int(seen[0]), int(seen[-1]) + 1))
-            with self.timer.measure("rows"):
-                self._rows.add(one.textures[0], share, mean.framebuffer)
 
     def _lay_spacecraft(
         self, view: FrameView, target: ImageTarget, *, with_background: bool = False
@@ -218,7 +168,7 @@ class Renderer:
         """Over what a target holds, or over the background as it is seen past the first tile."""
         for seen in view.pinholes:
             lens = self._distorted(seen)
-            for number, (tile, points, (radiance,)) in enumerate(self._lit_tiles(seen)):
+            for number, (tile, points, (radiance,)) in enumerate(self._lit_tiles(seen, seen.tiles)):
                 if with_background and number == 0:
                     edge = BLOCK / tile.sample_grid.cells_per_edge
                     hidden = tiles_behind(points.bare, (tile.x, tile.y), edge, target.size)
@@ -226,14 +176,12 @@ class Renderer:
                 with self.timer.measure("resolve"):
                     self._resolve.draw(tile, points, radiance, target.framebuffer, lens, view.ramps)
 
-    def _all_background(
-        self, view: FrameView, target: ImageTarget, rows: tuple[int, int] | None = None
-    ) -> None:
+    def _all_background(self, view: FrameView, target: ImageTarget) -> None:
         """Through every pinhole; black where the lens sees nothing."""
         if view.field is not None:
             target.blacken()
         for seen in view.pinholes:
-            self._background(seen, target, rows)
+            self._background(seen, target)
 
     def layers(self, view: FrameView) -> dict[str, Array32]:
         """The radiance in parts: what each of ``LIGHTS`` gives the spacecraft, and "background".
@@ -250,7 +198,7 @@ class Renderer:
             for seen in view.pinholes:
                 self._background(seen, background)
                 lens = self._distorted(seen)
-                for tile, points, lights in self._lit_tiles(seen, by_light=True):
+                for tile, points, lights in self._lit_tiles(seen, seen.tiles, by_light=True):
                     for name, radiance in zip(LIGHTS, lights, strict=True):
                         self._resolve.draw(tile, points, radiance, targets[name].framebuffer, lens)
                     self._resolve.hide(tile, points, lights[0], background.framebuffer, lens)
@@ -262,12 +210,10 @@ class Renderer:
         self,
         view: FrameView,
         target: ImageTarget,
-        rows: tuple[int, int] | None = None,
         hidden: Mask | None = None,
     ) -> None:
         """What is behind the spacecraft.
 
-        rows : first and end of those where the Earth is needed; None for all
         hidden : tiles of all rows where it is not (``tiles_behind``)
         """
         if view.background.planet is not None:
@@ -283,9 +229,8 @@ class Renderer:
             with self.timer.measure("celestial"):
                 self._celestial(view.background.celestial, fine)
         with self.timer.measure("planet"):
-            first, end = (0, fine.size[1]) if rows is None or view.field is not None else rows
-            area = 0, first, fine.size[0], end - first
-            self._planet.draw(view.background.from_row(first), fine.framebuffer, area, hidden)
+            area = 0, 0, *fine.size
+            self._planet.draw(view.background, fine.framebuffer, area, hidden)
         if view.field is not None:
             with self.timer.measure("warp"):
                 self._warp.mean(view.field, fine.textures[0], target.framebuffer)
@@ -317,13 +262,13 @@ class Renderer:
             self._moon.draw(view.moon, target.framebuffer)
 
     def _lit_tiles(
-        self, view: FrameView, *, by_light: bool = False
+        self, view: FrameView, tiles: Iterable[RasterTile], *, by_light: bool = False
     ) -> Iterator[tuple[RasterTile, ShadingPoints, tuple[moderngl.Texture, ...]]]:
-        """Each tile, or its parts, with its shading points and their radiance, valid until the next
-        one."""
+        """Each of some tiles, or its parts, with its shading points and their radiance, valid until
+        the next one."""
         with self.timer.measure("lamp_shadow"):
             lamp_maps = self._lamp_shadow.draw(view.lamps)
-        for tile in view.tiles:
+        for tile in tiles:
             spacecraft = self._spacecraft(tile, view)
             for part in lit_parts(tile, view):
                 with self.timer.measure("visibility"):
@@ -437,7 +382,7 @@ class Renderer:
             self._interreflection,
             self._resolve,
             self._warp,
-            self._rows,
+            self._exposure,
             self._truth,
             self._meshes,
         )

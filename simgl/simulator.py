@@ -41,10 +41,11 @@ from simgl.scenario.scenario import Scenario
 from simgl.scene.lamp_response import DetectorLight, lit_for_detector
 from simgl.scene.state import SceneState
 from simgl.spacecraft_skies import SpacecraftSkies
-from simgl.still_scene import MovingViews, StillScene
+from simgl.still_scene import StillScene
 from simgl.thermal.scene_temperatures import TemperatureHistory, Temperatures, ThermalBodies
 from simgl.thermal_frames import ThermalScene, thermal_capture
 from simgl.view.exposure_parts import ExposurePart, moving_scene
+from simgl.view.exposure_views import MovingViews
 from simgl.view.frame_view import FrameView, frame_view
 from simgl.view.lidar_pulse import pulse_view
 
@@ -308,8 +309,7 @@ class Simulator:
     ) -> StillScene:
         """The scene while the shutter is open; the still one where nothing moves visibly."""
         camera = still.camera.name
-        scene = None if during is None else moving_scene(still.state, camera, during)
-        if scene is None:
+        if during is None or (scene := moving_scene(still.state, camera, during)) is None:
             return still
         moving = MovingViews(scene=scene, view_of=lambda part: self._view(part.state, camera, part))
         return replace(still, moving=moving, lit={}, drawn={})

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cache
 
-from simgl.arrays import Array
 from simgl.camera.camera import Camera
 from simgl.camera.pixel_ramp import SHARP, Ramps, pixel_ramps
 from simgl.camera.point_spread import SunInCamera
@@ -14,28 +13,9 @@ from simgl.camera_pipeline import ColourLight
 from simgl.gpu.render_targets import ImageTarget
 from simgl.images import FrameInfo
 from simgl.renderer import Renderer
-from simgl.scene.lamps import LampState
 from simgl.scene.state import SceneState
-from simgl.view.exposure_parts import ExposurePart, MovingScene
-from simgl.view.frame_view import FrameView, behind_spacecraft
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class MovingViews:
-    """A scene over an exposure, and what is drawn of its parts."""
-
-    scene: MovingScene
-    view_of: Callable[[ExposurePart], FrameView]
-
-    def lit_by(self, lamps_of: Callable[[SceneState], tuple[LampState, ...]]) -> MovingViews:
-        """The same with other lamps."""
-        at = self.scene.at
-
-        def lit(offset: float) -> SceneState:
-            state = at(offset)
-            return replace(state, lamps=lamps_of(state))
-
-        return replace(self, scene=replace(self.scene, at=lit))
+from simgl.view.exposure_views import MovingViews
+from simgl.view.frame_view import FrameView
 
 
 @dataclass(eq=False)
@@ -85,8 +65,7 @@ class StillScene:
     def _render(self, ramps: Ramps) -> ImageTarget:
         if self.moving is None:
             return self.renderer.radiance(replace(self.view, ramps=ramps))
-        parts = ((replace(view, ramps=ramps), share) for view, share in self._parts())
-        return self.renderer.radiance_during(self._behind(), parts)
+        return self.renderer.radiance_during(replace(self.moving, ramps=ramps))
 
     @property
     def lit_area(self) -> tuple[int, int, int, int]:
@@ -95,16 +74,6 @@ class StillScene:
         if self.moving is not None:
             return 0, 0, camera.detector.width, camera.detector.height
         return replace(self.view, ramps=pixel_ramps(camera)).lit_area
-
-    def _behind(self) -> Iterator[tuple[FrameView, Array]]:
-        assert self.moving is not None
-        for state, share in self.moving.scene.behind():
-            yield behind_spacecraft(self.view, state), share
-
-    def _parts(self) -> Iterator[tuple[FrameView, Array]]:
-        assert self.moving is not None
-        for part in self.moving.scene.parts():
-            yield self.moving.view_of(part), part.shares
 
     @property
     def sun(self) -> SunInCamera:

@@ -5,6 +5,7 @@
 // WINDOW: the raster covers small spacecraft alone, in cells of four samples; a pixel's other samples are
 // known to be empty.
 // DISTORTED: the lens moves samples, so that each has its own way to a pixel.
+// SEPARATE: the covered share goes into a texture of its own.
 // SOFT: between a pixel and its neighbours samples belong to both, by a ramp: a pixel is a square
 // convolved with a square of the ramp's width, which each band has of its own.
 #include "block/resolve"
@@ -33,8 +34,13 @@ mat2 pixel_edges(ivec2 pixel) {
 #endif
 
 
+#ifdef SEPARATE
+layout(location = 0) out vec4 radiance;
+layout(location = 1) out vec4 share;
+#else
 layout(location = 0, index = 0) out vec4 radiance;
 layout(location = 0, index = 1) out vec4 share;
+#endif
 
 #ifdef SOFT
 #define Share vec4   // by band

@@ -1,12 +1,7 @@
-"""Exposure time of each row, and the instants at which what it sees is drawn.
+"""When the rows of an image are exposed.
 
 Row r of a rolling shutter starts r * row_time after the first; all rows of a global shutter start
 together. The epoch of the image is the middle of the middle row's exposure.
-
-Spacecraft are drawn at their rows' own times, again for each of several moments of the rows'
-exposures where they move within these. For what is behind them the time from the start of the
-first row to the end of the last is divided into equal parts, and it is drawn at their ends. Between
-two instants each pixel of it changes linearly.
 """
 
 from __future__ import annotations
@@ -43,17 +38,6 @@ def lean_and_blur(camera: Camera, motion: float) -> tuple[float, float]:
     return lean, motion - lean
 
 
-def parts(camera: Camera, motion: float) -> int:
-    """Number of parts for what moves by ``motion`` pixels; 0 where one instant is enough.
-
-    motion : over the ``duration``
-    """
-    lean, blur = lean_and_blur(camera, motion)
-    if lean <= LEAN and blur <= BLUR:
-        return 0
-    return int(np.clip(np.ceil(PARTS_PER_PIXEL * motion), 1, MAX_PARTS))
-
-
 def moments(camera: Camera, blur: float) -> Array:
     """(n,) times within a row's exposure, from its middle on [s], each for an equal part of it.
 
@@ -67,27 +51,3 @@ def moments(camera: Camera, blur: float) -> Array:
     count = int(np.clip(np.ceil(MOMENTS_PER_PIXEL * blur), 2, MAX_PARTS))
     middles = (np.arange(count) + 0.5) / count - 0.5
     return camera.exposure_time * middles / np.sqrt(1.0 - count**-2.0)
-
-
-def instants(camera: Camera, count: int) -> Array:
-    """(count + 1,) ends of the parts, relative to the epoch [s]."""
-    return duration(camera) * (np.arange(count + 1) / count - 0.5)
-
-
-def row_shares(camera: Camera, count: int) -> Array:
-    """(count + 1, height) weight of each instant in each row; 1 over a row.
-
-    The mean, over a row's exposure, of the weights of linear interpolation between the instants.
-    """
-    detector, t = camera.detector, camera.exposure_time
-    rows = np.arange(detector.height)
-    opens = (rows - 0.5 * (detector.height - 1)) * detector.row_time - 0.5 * t
-    length = duration(camera) / count
-    # Of the first and the last instant only the half inside the exposure matters.
-    knots = duration(camera) * (np.arange(-1, count + 2) / count - 0.5)
-
-    # The weight of an instant is the second difference of ramps; this is their integral.
-    integrals = [0.5 * np.maximum(time - knots[:, None], 0.0) ** 2 for time in (opens, opens + t)]
-    exposed = (integrals[1] - integrals[0]) / (length * t)
-    shares = np.maximum(np.diff(exposed, n=2, axis=0), 0.0)
-    return shares / shares.sum(axis=0)

@@ -75,6 +75,7 @@ class ResolvePass:
 
     state = State(blend=(moderngl.ONE, ONE_MINUS_SRC1_COLOR))
     hiding = State(blend=(moderngl.ZERO, ONE_MINUS_SRC1_COLOR))
+    adding = State(blend=(moderngl.ONE, moderngl.ONE))
 
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context) -> None:
@@ -90,13 +91,29 @@ class ResolvePass:
         target: moderngl.Framebuffer,
         lens: DistortedView | None = None,
         ramps: Ramps = SHARP,
+        rows: tuple[int, int] | None = None,
     ) -> None:
         """Lay the tile over the radiance that the target already holds.
 
         points, radiance : its shading points, and their radiance
         ramps : widths in each band of those from each pixel to its neighbours [px], at most 2
+        rows : first and end of those that are drawn; None for all
         """
-        self._draw(self.state, tile, points, radiance, target, lens, ramps)
+        self._draw(self.state, tile, points, radiance, target, lens, ramps, rows)
+
+    def add_separately(
+        self,
+        tile: RasterTile,
+        points: ShadingPoints,
+        radiance: moderngl.Texture,
+        target: moderngl.Framebuffer,
+        lens: DistortedView | None = None,
+        ramps: Ramps = SHARP,
+        rows: tuple[int, int] | None = None,
+    ) -> None:
+        """Add the tile's radiance to the first texture of a target, and the share that its
+        spacecraft cover to the second."""
+        self._draw(self.adding, tile, points, radiance, target, lens, ramps, rows)
 
     def hide(
         self,
@@ -118,6 +135,7 @@ class ResolvePass:
         target: moderngl.Framebuffer,
         lens: DistortedView | None,
         ramps: Ramps = SHARP,
+        rows: tuple[int, int] | None = None,
     ) -> None:
         groups = dict(zip(CELL_GROUPS, points.groups, strict=True))
         if tile.window is not None:
@@ -125,6 +143,8 @@ class ResolvePass:
             groups = {"cell_groups": groups["cell_groups"]}
         textures = groups | {"block_pages": points.block_pages, "points": radiance}
         defines = [] if tile.window is None else ["WINDOW"]
+        if state is self.adding:
+            defines.append("SEPARATE")
         if ramps != SHARP:
             defines.append("SOFT")
         if lens is not None:
@@ -136,6 +156,8 @@ class ResolvePass:
         values = _values(tile, ramps, by_cells=lens is None and tile.window is None)
         for core in tile.cores or (tile.core,):
             box, values["core"] = _box_and_core(tile, core, target, lens, soft=ramps != SHARP)
+            if rows is not None:
+                box = _in_rows(box, rows)
             state.apply(self._ctx, target, (0, 0, *target.size), box)
             program.draw(values, list(textures.values()))
 
@@ -157,6 +179,12 @@ class ResolvePass:
 def _with_neighbours(box: tuple[int, int, int, int]) -> tuple[int, int, int, int]:
     x, y, width, height = box
     return x - 1, y - 1, width + 2, height + 2
+
+
+def _in_rows(box: tuple[int, int, int, int], rows: tuple[int, int]) -> tuple[int, int, int, int]:
+    x, y, width, height = box
+    first, end = max(y, rows[0]), min(y + height, rows[1])
+    return x, first, width, max(end - first, 0)
 
 
 def _corners(box: tuple[int, int, int, int]) -> tuple[int, int, int, int]:

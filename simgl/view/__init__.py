@@ -5,8 +5,9 @@ them, with ``small_targets`` for what is far away, ``shadow_views``, ``lamp_view
 ``aerial_perspective`` for each spacecraft, ``background`` (with ``celestial`` and
 ``background_tiles``) for what lies behind. ``lidar_pulse`` is the view of a flash lidar,
 ``image_motion`` says how far anything moves in an image, ``exposure_parts`` what is then drawn over
-its exposure, ``thermal_exposure`` that of thermal detectors, and ``row_clock`` where spacecraft are
-at their rows' own times.
+its exposure, ``exposure_views`` in which layers, and ``image_paths`` how these move.
+``thermal_exposure`` is that of thermal detectors, and ``row_clock`` says where spacecraft are at
+their rows' own times.
 
 A view is plain data without OpenGL. It imports scene, physics, camera and radiosity; passes import
 it. What depends on the camera and is the same for all pixels belongs here.

@@ -108,14 +108,6 @@ class Background:
     planet: PlanetView | None
     celestial: CelestialView | None
 
-    def from_row(self, first: int) -> Background:
-        """The same for an image whose rows begin with another one."""
-        if first == 0:
-            return self
-        intrinsics = self.intrinsics.copy()
-        intrinsics[1, 2] -= first
-        return replace(self, intrinsics=intrinsics)
-
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MoonInSky:

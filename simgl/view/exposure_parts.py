@@ -1,4 +1,8 @@
-"""What is drawn of a scene that moves while the shutter is open."""
+"""What is drawn of a scene that moves while the shutter is open.
+
+Snapshots, each of which is swept along its image motion over the part of the exposure
+around it: one where the light on all spacecraft stays as it is, which is nearly always.
+"""
 
 from __future__ import annotations
 
@@ -11,87 +15,157 @@ import numpy as np
 from simgl.arrays import Array
 from simgl.camera.camera import Camera
 from simgl.camera.rolling_shutter import (
+    BLUR,
     LEAN,
     MAX_PARTS,
     PARTS_PER_PIXEL,
     duration,
-    instants,
     lean_and_blur,
-    moments,
-    parts,
     read_out,
-    row_shares,
 )
-from simgl.scene.state import SceneState
-from simgl.view.image_motion import background_motion, spacecraft_motion, turn
+from simgl.scene.state import CameraState, SceneState
+from simgl.view.image_motion import (
+    background_motion,
+    motion_between,
+    spacecraft_motion,
+    turn,
+    turn_in_sunlight,
+)
 from simgl.view.raster_tiles import rows_of
 from simgl.view.row_clock import RowClock, camera_from_body
 
 # Turn of a body, a joint or the camera against the Sun that is lit as at its middle [rad]. The
 # light then comes from within half a degree of where it should, as from the Sun's own disc.
 LARGEST_TURN = float(np.radians(1.0))
+# How far what hides something else moves against it in one snapshot [px].
+LARGEST_STEP = 1.0
+# The longest way along which one snapshot is swept [px].
+LONGEST_WAY = 400.0
+# The same where rows have their own times: the samples of slanting edges leave 0.016 px in each row
+# of a snapshot, and longer ways show other sides of what comes past. Several snapshots even it out.
+LONGEST_WAY_IN_ROWS = 60.0
+# Steps in which the snapshot grows around the image, so that its textures last [px].
+_MARGIN_STEP = 16
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ExposurePart:
-    """Spacecraft in some rows of the image at one moment of each row's exposure.
+    """Spacecraft in some rows of the image, around one moment of each row's exposure.
 
+    name : of the camera
     state : at the middle row's time
-    shares : (height,) of each row's exposure
+    first, last : states at the start and the end of what the rows see
+    half_span : from the middle to these [s]
+    exposure_time : of the part of the rows' exposure that is seen [s]
+    row_time : from a row to the next; 0 where all rows see the state itself [s]
     rows : None where all rows see the state itself
     before, after : states at the times of the first and the last row's outer edges
     """
 
+    name: str
     state: SceneState
-    shares: Array
+    first: SceneState
+    last: SceneState
+    half_span: float
+    exposure_time: float
+    row_time: float = 0.0
     rows: RowClock | None = None
     before: SceneState | None = None
     after: SceneState | None = None
+
+    def camera_of(self, state: SceneState) -> CameraState:
+        """The camera in one of the states."""
+        return state.cameras[self.name]
+
+    def row_times(self, rows: Array) -> Array:
+        """When row coordinates (n,) are seen, from the middle on, in units of ``half_span``."""
+        if self.rows is None:
+            return np.zeros(len(rows))
+        return np.asarray((rows - self.rows.middle) * (self.row_time / self.half_span))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BackgroundPart:
+    """What is behind spacecraft around one moment.
+
+    state : at the moment
+    first, last : at the start and the end of what it stands for
+    moment : from the epoch on [s]
+    half_span : from the moment to the ends [s]
+    exposure_time : [s]
+    """
+
+    state: SceneState
+    first: SceneState
+    last: SceneState
+    moment: float
+    half_span: float
+    exposure_time: float
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MovingScene:
     """A scene over the exposure of one camera's image.
 
-    at : the scene at a time from the epoch [s], with the camera as it is used
-    instants : at which what is behind the spacecraft is drawn [s]; none where the epoch is enough
-    moments : of each row's exposure at which spacecraft are drawn [s]
+    camera : of the image
+    drawn : the same with a margin around the image, out of which things move into it
+    margin : columns and rows [px]
+    at : the scene at a time from the epoch [s], with ``drawn`` for its camera
+    count : of the snapshots of spacecraft
+    blurs : whether these are swept; whether what is behind them is, and from how many snapshots
     rows : of the parts of the image that are drawn apart; none where rows need not be told apart
     """
 
     camera: Camera
+    drawn: Camera
+    margin: tuple[int, int]
     at: Callable[[float], SceneState]
-    instants: Array
-    moments: Array
+    count: int
+    blurs: bool
+    behind_count: int
     rows: tuple[RowClock, ...]
 
-    def parts(self) -> Iterator[ExposurePart]:
-        """What is drawn of the spacecraft, one after the other."""
-        d, share = self.camera.detector, 1.0 / len(self.moments)
-        for moment in self.moments.tolist():
-            if not self.rows:
-                yield ExposurePart(state=self.at(moment), shares=np.full(d.height, share))
-            for clock in self.rows:
-                middle = (clock.middle - 0.5 * d.height) * d.row_time + moment
-                half = 0.5 * (clock.end - clock.first) * d.row_time
-                shares = np.zeros(d.height)
-                shares[clock.first : clock.end] = share
-                yield ExposurePart(
-                    state=self.at(middle),
-                    shares=shares,
-                    rows=clock,
-                    before=self.at(middle - half),
-                    after=self.at(middle + half),
-                )
+    def snapshots(self) -> Iterator[tuple[ExposurePart, ...]]:
+        """What is drawn of the spacecraft for each snapshot, one part beside the other."""
+        length = self.camera.exposure_time / self.count
+        for number in range(self.count):
+            moment = (number + 0.5 - 0.5 * self.count) * length
+            yield tuple(self._part(moment, length, clock) for clock in self.rows or (None,))
 
-    def behind(self) -> Iterator[tuple[SceneState, Array]]:
-        """What is drawn behind them: states, and the weight of each in each row (height,)."""
-        if not len(self.instants):
-            yield self.at(0.0), np.ones(self.camera.detector.height)
-            return
-        shares = row_shares(self.camera, len(self.instants) - 1)
-        for offset, share in zip(self.instants.tolist(), shares, strict=True):
-            yield self.at(offset), share
+    def _part(self, moment: float, length: float, clock: RowClock | None) -> ExposurePart:
+        row_time = self.camera.detector.row_time
+        middle, half = moment, 0.0
+        if clock is not None:
+            middle += (clock.middle - 0.5 * self.drawn.detector.height) * row_time
+            half = 0.5 * (clock.end - clock.first) * row_time
+        span = half + 0.5 * length
+        state = self.at(middle)
+        return ExposurePart(
+            name=self.camera.name,
+            state=state,
+            first=self.at(middle - span) if self.blurs else state,
+            last=self.at(middle + span) if self.blurs else state,
+            half_span=span,
+            exposure_time=length,
+            row_time=0.0 if clock is None else row_time,
+            rows=clock,
+            before=None if clock is None else self.at(middle - half),
+            after=None if clock is None else self.at(middle + half),
+        )
+
+    def behind(self) -> Iterator[BackgroundPart]:
+        """What is swept behind them; none where the epoch is enough."""
+        half = 0.5 * duration(self.camera) / max(self.behind_count, 1)
+        for number in range(self.behind_count):
+            moment = (2 * number + 1 - self.behind_count) * half
+            yield BackgroundPart(
+                state=self.at(moment),
+                first=self.at(moment - half),
+                last=self.at(moment + half),
+                moment=moment,
+                half_span=half,
+                exposure_time=self.camera.exposure_time,
+            )
 
 
 def moving_scene(
@@ -103,33 +177,111 @@ def moving_scene(
     """
     camera = state.cameras[name].camera
 
-    def at(offset: float) -> SceneState:
-        moved = during(state.tai_ns + round(offset * 1e9))
-        # The exposure time may have been chosen for this image alone.
-        placed = replace(moved.cameras[name], camera=camera)
-        return replace(moved, cameras={**moved.cameras, name: placed})
+    def seen_by(drawn: Camera) -> Callable[[float], SceneState]:
+        def at(offset: float) -> SceneState:
+            moved = during(state.tai_ns + round(offset * 1e9))
+            # The exposure time may have been chosen for this image alone.
+            placed = replace(moved.cameras[name], camera=drawn)
+            return replace(moved, cameras={**moved.cameras, name: placed})
+
+        return at
 
     half = 0.5 * duration(camera)
     # On either side of the middle: a motion that turns back shows none from end to end.
-    ends = at(-half), at(half)
-    motion_behind = sum(background_motion(state, end, name) for end in ends)
-    motion = sum(spacecraft_motion(state, end, name) for end in ends)
-    behind = parts(camera, motion_behind)
-    lean, blur = lean_and_blur(camera, motion)
-    within = moments(camera, blur)
-    if not behind and len(within) == 1 and lean <= LEAN:
+    ends = seen_by(camera)(-half), seen_by(camera)(half)
+    behind = sum(background_motion(state, end, name) for end in ends)
+    lean_behind, blur_behind = lean_and_blur(camera, behind)
+    moves_behind = lean_behind > LEAN or blur_behind > BLUR
+    lean, blur = lean_and_blur(camera, sum(spacecraft_motion(state, end, name) for end in ends))
+    if not moves_behind and lean <= LEAN and blur <= BLUR:
         return None
+    blurs, exposed = blur > BLUR, camera.exposure_time / duration(camera)
+    drawn = camera
+    if blurs or moves_behind:
+        ways = np.zeros(2)
+        if blurs:
+            ways = exposed * _ways_in((ends[0], state, ends[1]), name)
+        if moves_behind:
+            ways = np.maximum(ways, _ways_behind(ends, name))
+        drawn = _with_margin(camera, np.minimum(ways, max(blur, behind)))
     rows: tuple[RowClock, ...] = ()
     if lean > LEAN:
         turned = sum(turn(state, end, name) for end in ends) * read_out(camera) / duration(camera)
-        rows = _rows(camera, _rows_used((state, *ends), name), turned, lean)
+        states = tuple(_seen_by(one, name, drawn) for one in (state, *ends))
+        rows = _rows(drawn, _rows_used(states, name), turned, lean)
+    snapshots = 1.0
+    if blurs:
+        turned = sum(turn_in_sunlight(state, end) for end in ends) * exposed
+        against = sum(motion_between(state, end, name) for end in ends) * exposed
+        longest = LONGEST_WAY_IN_ROWS if rows else LONGEST_WAY
+        snapshots = max(turned / LARGEST_TURN, blur / longest, against / LARGEST_STEP)
     return MovingScene(
         camera=camera,
-        at=at,
-        instants=instants(camera, behind) if behind else np.zeros(0),
-        moments=within,
+        drawn=drawn,
+        margin=(
+            (drawn.detector.width - camera.detector.width) // 2,
+            (drawn.detector.height - camera.detector.height) // 2,
+        ),
+        at=seen_by(drawn),
+        count=int(np.clip(np.ceil(snapshots), 1, MAX_PARTS)),
+        blurs=blurs,
+        behind_count=int(np.clip(np.ceil(behind / LONGEST_WAY), 1, MAX_PARTS)) * moves_behind,
         rows=rows,
     )
+
+
+def _seen_by(state: SceneState, name: str, camera: Camera) -> SceneState:
+    placed = replace(state.cameras[name], camera=camera)
+    return replace(state, cameras={**state.cameras, name: placed})
+
+
+def _with_margin(camera: Camera, ways: Array) -> Camera:
+    """A camera that sees beyond the image as far as what moves by so much comes into it [px].
+
+    A lens that distorts sees no farther: it may image nothing sensible there.
+    """
+    if not camera.is_pinhole:
+        return camera
+    # With a little more for interpolation.
+    reach = np.where(ways > BLUR, np.minimum(0.5 * ways, 0.5 * LONGEST_WAY) + 2.0, 0.0)
+    x, y = (_MARGIN_STEP * int(np.ceil(one / _MARGIN_STEP)) for one in reach.tolist())
+    d = camera.detector
+    return replace(camera, detector=replace(d, width=d.width + 2 * x, height=d.height + 2 * y))
+
+
+def _ways_in(states: tuple[SceneState, SceneState, SceneState], name: str) -> Array:
+    """(2,) how far along x and y spacecraft move that reach beyond the image [px]; 0 for none.
+
+    states : from the start to the end
+    """
+    camera = states[0].cameras[name].camera
+    size = np.array([camera.detector.width, camera.detector.height])
+    ways = np.zeros(2)
+    for body in states[1].bodies:
+        outlines = [_outline(state, name, body) for state in states]
+        if not np.isfinite(outlines).all():
+            return np.full(2, np.inf)
+        first, middle, last = outlines
+        if np.any((middle < 0.0) | (middle > size)):
+            ways = np.maximum(ways, np.abs(last - first).max(axis=0))
+    return ways
+
+
+def _outline(state: SceneState, name: str, body: str) -> Array:
+    """(n, 2) of the corners of a body's hull [px]."""
+    placed, seen = state.cameras[name], state.bodies[body]
+    matrix = camera_from_body(placed, seen)
+    hull = seen.model.posed_mesh.hull @ matrix[:3, :3].T + matrix[:3, 3]
+    return placed.camera.project(hull)
+
+
+def _ways_behind(ends: tuple[SceneState, SceneState], name: str) -> Array:
+    """(2,) how far along x and y what is at infinity moves in the corners of the image [px]."""
+    first, last = (end.cameras[name] for end in ends)
+    d = first.camera.detector
+    corners = np.array([[x, y] for x in (0.0, d.width) for y in (0.0, d.height)])
+    sights = first.camera.rays(corners) @ first.R_camera_from_icrf @ last.R_camera_from_icrf.T
+    return np.nan_to_num(np.abs(last.camera.project(sights) - corners), nan=np.inf).max(axis=0)
 
 
 def _rows_used(states: tuple[SceneState, ...], name: str) -> tuple[int, int]:

@@ -12,7 +12,6 @@ from typing import Literal
 
 import numpy as np
 
-from simgl.arrays import Array
 from simgl.camera.camera import Camera
 from simgl.camera.distortion import warped_disc_share, warped_point_share
 from simgl.camera.pinhole_fields import FINER, PinholeField, pinhole_fields
@@ -73,14 +72,6 @@ class FrameView:
             return False
         tile, d = self.tiles[0], self.camera.detector
         return 2 * tile.width * tile.height > d.width * d.height
-
-    def is_separate(self, share: Array) -> bool:
-        """Whether each row belongs to one part of an exposure, which draws in no other.
-
-        share : of each row's exposure (height,) that the view stands for
-        """
-        full = np.all(share == 1.0) or (self.field is None and np.all(share[share != 0.0] == 1.0))
-        return bool(full)
 
     @property
     def touched(self) -> tuple[int, int, int, int]:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from itertools import combinations
+
 import numpy as np
 
 from simgl.arrays import Array
 from simgl.motion.joints import body_from_stored, relative_motion
+from simgl.physics.frames import angle_between
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import BodyState, CameraState, SceneState
 
@@ -32,7 +35,13 @@ def background_motion(first: SceneState, second: SceneState, camera: str) -> flo
 def turn(first: SceneState, second: SceneState, camera: str) -> float:
     """Largest angle by which a body, a joint or the camera turns against the stars [rad]."""
     a, b = first.cameras[camera], second.cameras[camera]
-    turned = [_angle(b.R_camera_from_icrf @ a.R_camera_from_icrf.T)]
+    turned = _angle(b.R_camera_from_icrf @ a.R_camera_from_icrf.T)
+    return max(turned, turn_in_sunlight(first, second))
+
+
+def turn_in_sunlight(first: SceneState, second: SceneState) -> float:
+    """Largest angle by which a body or a joint turns against the stars [rad]."""
+    turned = [0.0]
     for name, before in first.bodies.items():
         after = second.bodies[name]
         turned.append(_angle(after.pose.R_icrf_from_body @ before.pose.R_icrf_from_body.T))
@@ -62,9 +71,7 @@ def _body_motion(a: CameraState, b: CameraState, before: BodyState, after: BodyS
     reach = float(np.linalg.norm(mesh.centre)) + mesh.radius
     travel = float(np.linalg.norm(place_b - place_a)) + _angle(R_b @ R_a.T) * reach
     travel += _joint_motion(before.model, after.model)
-    # From inside a body's sphere, a tenth of it stands for how near its surface may be.
-    nearest = max(float(np.linalg.norm(place_a)) - reach, 0.1 * reach)
-    return travel / nearest
+    return travel / _nearest(a, before)
 
 
 def joints_moved(before: SpacecraftModel, after: SpacecraftModel) -> Array:
@@ -93,6 +100,54 @@ def _joint_motion(before: SpacecraftModel, after: SpacecraftModel) -> float:
             turned = _angle(b[:3, :3] @ a[:3, :3].T)
             moved.append(float(np.linalg.norm(shift)) + turned * float(radius))
     return max(moved)
+
+
+def motion_between(first: SceneState, second: SceneState, camera: str) -> float:
+    """Upper bound on how far spacecraft that may hide each other move against each other, and parts
+    that joints carry against the rest [px]."""
+    a, b = first.cameras[camera], second.cameras[camera]
+    largest = 0.0
+    for name, before in first.bodies.items():
+        moved = _joint_motion(before.model, second.bodies[name].model)
+        largest = max(largest, moved / _nearest(a, before))
+    for (one, before), (other, neighbour) in combinations(first.bodies.items(), 2):
+        after, moved_to = second.bodies[one], second.bodies[other]
+        ways = _body_motion(a, b, before, after) + _body_motion(a, b, neighbour, moved_to)
+        if _gap_angle(a, before, neighbour) < ways:
+            change = _in_other(after, moved_to) - _in_other(before, neighbour)
+            mesh = neighbour.model.posed_mesh
+            way = float(np.linalg.norm(change[:3, :3] @ mesh.centre + change[:3, 3]))
+            way += float(np.linalg.norm(change[:3, :3], 2)) * mesh.radius
+            largest = max(largest, way / _nearest(a, neighbour))
+    return a.camera.focal_length_px * largest
+
+
+def _in_other(body: BodyState, other: BodyState) -> Array:
+    """(4, 4) from the axes of another body to those of a body [m]."""
+    matrix = np.eye(4)
+    matrix[:3, :3] = body.pose.R_icrf_from_body.T @ other.pose.R_icrf_from_body
+    matrix[:3, 3] = body.in_body(other.pose.position)
+    return matrix
+
+
+def _nearest(camera: CameraState, body: BodyState) -> float:
+    """Distance of a body's bounding sphere, at least [m]; a tenth of its reach within that."""
+    mesh = body.model.posed_mesh
+    reach = float(np.linalg.norm(mesh.centre)) + mesh.radius
+    distance = float(np.linalg.norm(body.pose.position - camera.position))
+    return max(distance - reach, 0.1 * reach)
+
+
+def _gap_angle(camera: CameraState, *bodies: BodyState) -> float:
+    """Between the bounding spheres of two bodies as the camera sees them [rad]; less than 0 where
+    they overlap."""
+    sights, widths = [], 0.0
+    for body in bodies:
+        mesh = body.model.posed_mesh
+        sights.append(body.pose.position + body.pose.R_icrf_from_body @ mesh.centre)
+        sights[-1] -= camera.position
+        widths += float(np.arcsin(min(mesh.radius / float(np.linalg.norm(sights[-1])), 1.0)))
+    return angle_between(*sights) - widths
 
 
 def _ground_motion(state: SceneState, a: CameraState, b: CameraState) -> float:

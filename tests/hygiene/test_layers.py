@@ -37,7 +37,7 @@ LAYERS = (
     ("radiosity", "scenario"),
     ("thermal", "view"),
     ("passes",),
-    ("sky_renderer", "thermal_renderer"),
+    ("exposure_renderer", "sky_renderer", "thermal_renderer"),
     ("camera_pipeline", "renderer"),
     ("spacecraft_skies", "still_scene"),
     ("thermal_frames",),

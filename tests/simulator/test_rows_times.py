@@ -79,12 +79,16 @@ def test_what_moves_across_the_rows_is_drawn_once(
     assert 4 <= count_drawings(gl, monkeypatch, one, turning(one, np.radians(6.0))) <= 6
 
 
-def test_a_blur_is_drawn_once_for_each_pixel_of_it(
+def test_a_blur_is_drawn_once_where_the_light_stays(
     gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    one = craft(5, exposure_time_s=READ_OUT)
-    # The box is 0.3 % nearer than its middle; the way of the nearest place counts.
-    assert 20 <= count_drawings(gl, monkeypatch, one, drifting(one, 20.0)) <= 22
+    one, short = craft(5, exposure_time_s=READ_OUT), craft(5)
+    assert count_drawings(gl, monkeypatch, one, drifting(one, 20.0)) == 1
+    # 5.5 deg within the exposure, in steps of 1 deg, of the rows that turn by as much and are
+    # drawn in as many parts.
+    turned = count_drawings(gl, monkeypatch, one, turning(one, np.radians(5.5)))
+    parts = count_drawings(gl, monkeypatch, short, turning(short, np.radians(5.5)))
+    assert turned == 6 * parts
 
 
 def test_a_moving_image_depends_on_no_earlier_one(gl: moderngl.Context) -> None:

@@ -1,0 +1,138 @@
+// What pixels see while the shutter is open, from a snapshot of a moment and the ways of what it shows: the
+// mean over the exposure of the places of the snapshot that come past a pixel.
+//
+// Along the longer axis of the motion the places lie a pixel apart, so that an even motion reads pixels of
+// the snapshot at their middles, and nothing gets wider along it than it should. The places at both ends
+// count in part, so that the variance of all is that of the motion.
+//
+// CHUNKS: the snapshot is one that was swept already, over an equal part of the exposure.
+// FINE: what is between pixels across the motion is told from four of them, so that edges along it stay
+// as sharp as they are.
+// COVERED: it comes with the covered share of its pixels.
+// OVER: that is the second source, so that blending lays the snapshot over what is behind it.
+#include "block/sweep"
+
+uniform sampler2D snapshot;   // read with linear interpolation
+uniform sampler2D paths;     // v and a [px]: t exposure times ago it was t v - t^2 a before
+#ifdef COVERED
+uniform sampler2D covered;
+#endif
+
+layout(location = 0, index = 0) out vec4 radiance;
+#ifdef OVER
+layout(location = 0, index = 1) out vec4 share_covered;
+#elif defined(COVERED)
+layout(location = 1) out vec4 share_covered;
+#endif
+
+// Light, and the covered share.
+#ifdef COVERED
+#define Seen mat2x4
+#define SEEN(place) mat2x4(texture(snapshot, place), texture(covered, place))
+#else
+#define Seen vec4
+#define SEEN(place) texture(snapshot, place)
+#endif
+
+#ifdef FINE
+// What a part of a pixel, on the side of the one before, has of its light. An edge in it, told by its
+// neighbours, parts what is as these are; a pixel that is brighter or darker than both is even. Pixels
+// that are moved so keep all light, nothing gets negative, and edges keep their width.
+vec4 part_of(vec4 before, vec4 pixel, vec4 after, float part) {
+    vec4 rise = after - before, last = rise * part - (after - pixel);
+    vec4 edge = before * part + mix(min(last, vec4(0.0)), max(last, vec4(0.0)), greaterThan(rise, vec4(0.0)));
+    return mix(pixel * part, edge, greaterThan((pixel - before) * (after - pixel), vec4(0.0)));
+}
+
+// A share of the way from a pixel to the next one.
+vec4 between(vec4 before, vec4 low, vec4 high, vec4 after, float part) {
+    // Not less than 0, to which rounding leads.
+    return max(low - part_of(before, low, high, part) + part_of(low, high, after, part), vec4(0.0));
+}
+
+vec4 fine(sampler2D from, ivec2 pixel, ivec2 across, ivec2 end, float part) {
+    return between(texelFetch(from, clamp(pixel - across, ivec2(0), end), 0),
+                   texelFetch(from, clamp(pixel, ivec2(0), end), 0),
+                   texelFetch(from, clamp(pixel + across, ivec2(0), end), 0),
+                   texelFetch(from, clamp(pixel + 2 * across, ivec2(0), end), 0), part);
+}
+
+// At a place of a snapshot [px], which lies in the middle of a row, or column, across the motion.
+Seen fine_at(vec2 place, ivec2 across) {
+    ivec2 end = textureSize(snapshot, 0) - 1;
+    vec2 corner = place - 0.5 * vec2(across);
+    ivec2 pixel = ivec2(floor(corner));
+    float part = dot(corner - floor(corner), vec2(across));
+#ifdef COVERED
+    return mat2x4(fine(snapshot, pixel, across, end, part), fine(covered, pixel, across, end, part));
+#else
+    return fine(snapshot, pixel, across, end, part);
+#endif
+}
+#endif
+
+void main() {
+    vec2 at = gl_FragCoord.xy + margin;
+    vec2 size = vec2(textureSize(paths, 0));
+    vec4 path = texture(paths, ((at - nodes_origin) / nodes_step + 0.5) / size);
+    // The part of the row's exposure that this snapshot stands for, exposure times from its own moment.
+    float opens = (gl_FragCoord.y - middle_row) * row_rate - 0.5;
+    float from = max(opens, segment.x), to = min(opens + 1.0, segment.y);
+    float span = max(to - from, 0.0), middle = 0.5 * (from + to) - moment;
+#ifdef FINE
+    vec2 texel = vec2(1.0);
+    ivec2 across = abs(path.x) < abs(path.y) ? ivec2(1, 0) : ivec2(0, 1);
+#undef SEEN
+#define SEEN(place) fine_at(place, across)
+#else
+    vec2 texel = 1.0 / vec2(textureSize(snapshot, 0));
+#endif
+    vec2 way = path.xy * texel, curve = path.zw * texel;
+    // What is seen in the middle, and a unit of time before.
+    vec2 place = at * texel - middle * (way - middle * curve);
+    vec2 before = way - 2.0 * middle * curve;
+    Seen sum;
+#ifdef CHUNKS
+    float between = span / float(count), t = 0.5 * (between - span);
+    sum = SEEN(place - t * (before - t * curve));
+    int left = count;
+    while (--left > 0) {
+        t += between;
+        sum += SEEN(place - t * (before - t * curve));
+    }
+    sum *= span * share / float(count);
+#else
+    float speed = max(max(abs(path.x), abs(path.y)), 1e-6), length = span * speed;
+    // Places on either side, and the weight of the last one.
+    float last = max(ceil(0.5 * (sqrt(length * length + 1.0) - 1.0)), 1.0);
+    float inner = (last - 1.0) * last * (2.0 * last - 1.0) / 6.0;
+    float weight = (length * length * (2.0 * last - 1.0) / 12.0 - 2.0 * inner)
+                 / (2.0 * last * last - length * length / 6.0);
+    before /= speed;
+    // Where next to nothing moves, a step is more than the whole exposure.
+    curve *= min(1.0 / (speed * speed), span * span);
+#ifdef FINE
+    // The middle lies in a pixel's.
+    ivec2 here = ivec2(place);
+#ifdef COVERED
+    sum = mat2x4(texelFetch(snapshot, here, 0), texelFetch(covered, here, 0));
+#else
+    sum = texelFetch(snapshot, here, 0);
+#endif
+#else
+    sum = SEEN(place);
+#endif
+    float i = 1.0;
+    do {
+        Seen both = SEEN(place - i * (before - i * curve)) + SEEN(place + i * (before + i * curve));
+        sum += (i < last ? 1.0 : i > last ? 0.0 : weight) * both;
+    } while (++i <= float(count));
+    sum *= span * share / (2.0 * last - 1.0 + 2.0 * weight);
+#endif
+#ifdef COVERED
+    radiance = sum[0];
+    share_covered = sum[1];
+#else
+    radiance = sum;
+#endif
+}

@@ -1,0 +1,189 @@
+"""The ordered passes from the views of a moving scene to what its camera sees over an exposure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from functools import partial
+
+import moderngl
+
+from simgl.camera.camera import Camera
+from simgl.gpu.release import all_or_nothing, release_all
+from simgl.gpu.render_targets import Format, ImageTarget, TargetStore
+from simgl.gpu.timers import PassTimer
+from simgl.passes.average import AveragePass
+from simgl.passes.motion_sweep import Span, Sweep, SweepPass
+from simgl.passes.resolve import DistortedView, ResolvePass
+from simgl.passes.shading_points import ShadingPoints
+from simgl.view.exposure_views import Layer, MovingViews, SweptBackground
+from simgl.view.frame_view import FrameView
+from simgl.view.raster_tiles import RasterTile
+
+_BANDS = (Format("f4", 4),)
+# Radiance, and the share of each pixel that is covered, by band.
+_COVERED = (Format("f4", 4), Format("f4", 4))
+
+LitTiles = Iterator[tuple[RasterTile, ShadingPoints, tuple[moderngl.Texture, ...]]]
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """How a renderer draws snapshots: spacecraft, what is behind them, what a lens does to them."""
+
+    lit_tiles: Callable[[FrameView, Iterable[RasterTile]], LitTiles]
+    background: Callable[[FrameView, ImageTarget], None]
+    lens: Callable[[FrameView], DistortedView | None]
+
+
+class ExposureRenderer:
+    """Sweeps snapshots of spacecraft, and of what is behind them, over their ways in the image.
+
+    The radiance of spacecraft and the share of each pixel that they cover are swept alike: what is
+    behind is seen as long as nothing stands before it.
+    """
+
+    @all_or_nothing
+    def __init__(
+        self,
+        ctx: moderngl.Context,
+        timer: PassTimer,
+        resolve: ResolvePass,
+    ) -> None:
+        self._timer, self._resolve = timer, resolve
+        self._sweep = SweepPass(ctx)
+        self._average = AveragePass(ctx)
+        self._targets = TargetStore(ctx)
+        self._ctx = ctx
+
+    def draw(self, views: MovingViews, target: ImageTarget, by: Drawing) -> None:
+        """Fill a target of the image's size with the mean radiance that each row sees."""
+        count = views.scene.count
+        snapshots = iter(views.snapshots())
+        snapshot = next(snapshots)
+        if count == 1:
+            layers = self._draw_behind(by, views, snapshot[0][1], views.layers(snapshot), target)
+            self._lay(by, views, layers, target)
+            return
+        behind = self._target("behind", views.camera)
+        one = self._target("one snapshot", views.camera)
+        self._draw_behind(by, views, snapshot[0][1], [], behind)
+        target.blacken()
+        while True:
+            self._average.copy(behind.textures[0], one.framebuffer)
+            self._lay(by, views, views.layers(snapshot), one)
+            with self._timer.measure("sweep"):
+                self._average.add(one.textures[0], 1.0 / count, target.framebuffer)
+            following = next(snapshots, None)
+            if following is None:
+                return
+            snapshot = following
+
+    def _draw_behind(
+        self,
+        by: Drawing,
+        views: MovingViews,
+        view: FrameView,
+        layers: list[Layer],
+        target: ImageTarget,
+    ) -> list[Layer]:
+        """Fill a target with what is behind spacecraft and with those that go along with it.
+
+        returns : the other layers
+        """
+        single = views.scene.behind_count == 1 and not views.scene.rows
+        for number, behind in enumerate(views.behind(view)):
+            if behind.part is None or behind.paths is None:
+                by.background(behind.view, target)
+                return layers
+            drawn = self._target("swept background", views.scene.drawn)
+            by.background(behind.view, drawn)
+            # What stands before a background that moves as it does hides the same of it always.
+            while single and layers and layers[0].goes_with(behind.paths):
+                self._lay_tiles(by, layers.pop(0), drawn)
+            with self._timer.measure("sweep"):
+                if number == 0 and views.scene.behind_count > 1:
+                    target.blacken()
+                draw = self._sweep.fill if views.scene.behind_count == 1 else self._sweep.add
+                spare = partial(self._spare, views, _BANDS)
+                draw(_of_background(views, behind), drawn, target.framebuffer, spare)
+        return layers
+
+    def _lay(
+        self, by: Drawing, views: MovingViews, layers: list[Layer], target: ImageTarget
+    ) -> None:
+        """Lay swept layers over what a target holds, the farthest first."""
+        for layer in layers:
+            if layer.paths is None:
+                self._lay_tiles(by, layer, target)
+                continue
+            sweep = Sweep(
+                paths=layer.paths,
+                size=_size(views.scene.drawn),
+                filled=layer.filled,
+                margin=views.scene.margin,
+                target_size=target.size,
+                edges=not layer.small,
+            )
+            snapshot = self._target("layer", views.scene.drawn, _COVERED)
+            snapshot.framebuffer.clear(viewport=sweep.read())
+            self._add_tiles(by, layer, snapshot)
+            with self._timer.measure("sweep"):
+                spare = partial(self._spare, views, _COVERED)
+                self._sweep.lay_over(sweep, snapshot, target.framebuffer, spare)
+
+    def _lay_tiles(self, by: Drawing, layer: Layer, target: ImageTarget) -> None:
+        """Over what a target holds."""
+        self._draw_tiles(by, layer, target, self._resolve.draw)
+
+    def _add_tiles(self, by: Drawing, layer: Layer, snapshot: ImageTarget) -> None:
+        """Side by side in a snapshot of radiance and covered shares."""
+        self._draw_tiles(by, layer, snapshot, self._resolve.add_separately)
+
+    def _draw_tiles(
+        self, by: Drawing, layer: Layer, target: ImageTarget, draw: Callable[..., None]
+    ) -> None:
+        for one in layer.tiles:
+            how = by.lens(one.view), one.view.ramps, one.rows
+            for tile, points, (radiance,) in by.lit_tiles(one.view, [one.tile]):
+                with self._timer.measure("resolve"):
+                    draw(tile, points, radiance, target.framebuffer, *how)
+
+    def _spare(self, views: MovingViews, formats: tuple[Format, ...], number: int) -> ImageTarget:
+        return self._target(f"swept {len(formats)} {number}", views.scene.drawn, formats)
+
+    def _target(
+        self, use: str, camera: Camera, formats: tuple[Format, ...] = _BANDS
+    ) -> ImageTarget:
+        return self._targets.of(use, _size(camera), formats)
+
+    def release(self) -> None:
+        """Free what is its own."""
+        release_all(self._ctx, self._targets, self._sweep, self._average)
+
+
+def _size(camera: Camera) -> tuple[int, int]:
+    return camera.detector.width, camera.detector.height
+
+
+def _of_background(views: MovingViews, behind: SweptBackground) -> Sweep:
+    """What rows see of a background that is drawn for one moment for all of them."""
+    assert behind.part is not None
+    assert behind.paths is not None
+    camera, part, size = views.camera, behind.part, _size(views.scene.drawn)
+    length = camera.exposure_time
+    span = Span(
+        first=(part.moment - part.half_span) / length,
+        last=(part.moment + part.half_span) / length,
+        moment=part.moment / length,
+        row_rate=camera.detector.row_time / length,
+        middle_row=0.5 * camera.detector.height,
+    )
+    return Sweep(
+        paths=behind.paths,
+        size=size,
+        filled=(0, 0, *size),
+        margin=views.scene.margin,
+        target_size=_size(camera),
+        span=span,
+    )

@@ -1,0 +1,201 @@
+"""Motion blur: snapshots swept along their ways, against images of many instants and by hand."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import moderngl
+import numpy as np
+import pytest
+
+from simgl.arrays import Array
+from simgl.physics.frames import rotation_about
+from simgl.scenario.loader import scenario_from_dict
+from simgl.scenario.scenario import Scenario
+from simgl.scene.state import SceneState
+from simgl.simulator import Simulator
+from tests.scenes import lambert, scene
+from tests.simulator.blurred_scenes import CAMERA, EXPOSURE, before, box, moving
+from tests.simulator.moving_scenes import BOX, FOCAL, RANGE, Motion, electrons
+
+
+def turning_camera(one: Scenario, axis: Array, angle: float, during_s: float = EXPOSURE) -> Motion:
+    rest = one.at(one.epoch_tai_ns)
+    look = rest.cameras["cam"]
+
+    def at(tai_ns: int) -> SceneState:
+        R = rotation_about(axis, angle * (tai_ns - one.epoch_tai_ns) * 1e-9 / during_s)
+        turned = replace(look, R_camera_from_icrf=R @ look.R_camera_from_icrf)
+        return replace(rest, tai_ns=tai_ns, cameras={"cam": turned})
+
+    return at
+
+
+def by_instants(simulator: Simulator, one: Scenario, during: Motion, count: int) -> Array:
+    """Mean of images of the scene as it stands at so many instants of the exposure."""
+    shares = (np.arange(count) + 0.5) / count - 0.5
+    times = one.epoch_tai_ns + np.round(1e9 * EXPOSURE * shares).astype(int)
+    images = [electrons(simulator, during(time), None) for time in times.tolist()]
+    return np.asarray(np.mean(images, axis=0))
+
+
+def drawn(gl: moderngl.Context, one: Scenario, during: Motion, count: int) -> tuple[Array, Array]:
+    """The image, and that of so many instants."""
+    with Simulator(one, gl) as simulator:
+        image = electrons(simulator, during(one.epoch_tai_ns), during)
+        return image, by_instants(simulator, one, during, count)
+
+
+def profile(image: Array) -> tuple[float, float]:
+    """Middle and variance of the box's right edge along x, over rows through its middle [px]."""
+    rows = image[54:74].mean(axis=0)
+    x = np.arange(len(rows)) + 0.5
+    rise = -np.diff(rows)[len(rows) // 2 :]
+    edge = x[len(rows) // 2 : -1] + 0.5
+    middle = float(rise @ edge / rise.sum())
+    return middle, float(rise @ (edge - middle) ** 2 / rise.sum())
+
+
+@pytest.mark.parametrize("ways", [(0.7, 0.0), (1.5, 0.4), (3.0, 0.0), (8.0, 2.0), (60.0, 12.0)])
+def test_an_edge_becomes_a_ramp_as_wide_as_its_motion(
+    gl: moderngl.Context, ways: tuple[float, float]
+) -> None:
+    right, down = ways
+    one = box(width_px=200)
+    with Simulator(one, gl) as simulator:
+        during = moving(one, right, down)
+        still = electrons(simulator, during(one.epoch_tai_ns), None)
+        image = electrons(simulator, during(one.epoch_tai_ns), during)
+    assert image.sum() == pytest.approx(still.sum(), rel=1e-3)
+    (middle, width), (still_middle, still_width) = profile(image), profile(still)
+    assert middle == pytest.approx(still_middle, abs=0.02)
+    # The front, 0.3 m nearer than the middle, moves farther by so much. Of two steps, places
+    # between pixels add up to a quarter of a square pixel each.
+    way = right / (1.0 - 0.3 / RANGE)
+    assert width - still_width == pytest.approx(way**2 / 12.0, abs=0.01 if right < 8.9 else 0.3)
+    if right > 30.0:
+        inside = (np.abs(np.arange(100) + 0.5 - (middle - 100.0)) < 0.5 * right - 3.0).nonzero()[0]
+        steps = -np.diff(image[54:74].mean(axis=0)[100:])[inside[:-1]]
+        # Where parts of a long way meet between pixels, these get up to a tenth more or less.
+        assert steps.std() < 0.04 * steps.mean()
+
+
+def test_a_point_becomes_an_even_streak(gl: moderngl.Context) -> None:
+    """A ball of 0.7 px along 24 px, off the axes of the image and the middles of pixels."""
+    ball = {"sphere": {"radius_m": 0.01, "material": lambert(0.5)}}
+    one = scene({"craft": {"model": ball, "position_icrf_m": [0, 0, 0]}}, CAMERA)
+    with Simulator(one, gl) as simulator:
+        during = moving(one, 24.0, 9.0, from_x=0.3)
+        still = electrons(simulator, during(one.epoch_tai_ns), None)
+        image = electrons(simulator, during(one.epoch_tai_ns), during)
+    assert image.sum() == pytest.approx(still.sum(), rel=1e-3)
+    columns = image.sum(axis=0)
+    inside = columns[54:74]
+    # Parts of the way meet between pixels.
+    assert inside.std() < 0.04 * inside.mean()
+    assert columns[:50].sum() + columns[78:].sum() < 1e-3 * columns.sum()
+    # Lit from the camera, its light lies about its middle; a still image has it in one pixel.
+    x = np.arange(128) + 0.5
+    assert x @ columns / columns.sum() == pytest.approx(64.3, abs=0.02)
+    rows = x @ image[:, 54:74] / inside
+    line = 64.0 + (x[54:74] - 64.3) * 9.0 / 24.0
+    assert np.mean(rows - line) == pytest.approx(0.0, abs=0.02)
+
+
+def test_a_turn_about_the_boresight_sweeps_arcs(gl: moderngl.Context) -> None:
+    """By 0.3 rad: the corners of the box, 59 px out, go 18 px."""
+    one = box()
+    image, wanted = drawn(gl, one, turning_camera(one, np.array([0.0, 0.0, 1.0]), 0.3), 24)
+    assert np.sqrt(np.mean(np.square(image - wanted))) < 0.01 * wanted.max()
+    assert image.sum() == pytest.approx(wanted.sum(), rel=1e-3)
+
+
+def test_what_comes_nearer_grows(gl: moderngl.Context) -> None:
+    """By a tenth of its range: the light of a sphere around the camera grows by as much in the
+    middle of the exposure as the mean of the squares says."""
+    one = box()
+    image, wanted = drawn(gl, one, moving(one, nearer=0.1), 16)
+    assert np.sqrt(np.mean(np.square(image - wanted))) < 0.005 * wanted.max()
+    assert image.sum() == pytest.approx(wanted.sum(), rel=1e-3)
+
+
+def test_what_is_out_of_the_image_comes_into_it(gl: moderngl.Context) -> None:
+    """The box is just beyond the image in the middle of the exposure."""
+    one = box()
+    # It is 75 px wide, and its left edge 3 px beyond the image's right one.
+    image, wanted = drawn(gl, one, moving(one, 30.0, from_x=64.0 + 37.5 + 3.0), 32)
+    assert wanted[:, -5:].mean() > 0.0
+    assert np.sqrt(np.mean(np.square(image - wanted))) < 0.005 * wanted.max()
+    assert image.sum() == pytest.approx(wanted.sum(), rel=5e-3)
+
+
+def test_what_passes_before_another_hides_it_for_as_long_as_it_does(gl: moderngl.Context) -> None:
+    """A dark box moves by 4 px before a bright one that stands still."""
+    dark = {"box": {"size_m": [1.0, 0.5, 0.3], "material": lambert(0.05)}}
+    one = before({}, {"craft": dark, "behind": BOX})
+    image, wanted = drawn(gl, one, moving(one, 4.0), 12)
+    assert np.sqrt(np.mean(np.square(image - wanted))) < 0.004 * wanted.max()
+
+
+@pytest.mark.parametrize("distortion", [{"k1": -0.3, "p1": 0.01}, {"model": "fisheye", "k1": 0.02}])
+def test_a_lens_bends_the_ways(gl: moderngl.Context, distortion: dict[str, object]) -> None:
+    one = box(
+        position_icrf_m=[0.7, 0.7, 4.9],
+        focal_length_px=160.0,
+        optics={"distortion": distortion},
+    )
+    # 12 px at 5 m.
+    image, wanted = drawn(gl, one, moving(one, 12.0 * FOCAL / 160.0 * 5.0 / RANGE), 16)
+    assert np.sqrt(np.mean(np.square(image - wanted))) < 0.01 * wanted.max()
+    assert image.sum() == pytest.approx(wanted.sum(), rel=2e-3)
+
+
+def over_the_earth(**camera: object) -> Scenario:
+    model = {"box": {"size_m": [2.2, 2.6, 0.6], "material": lambert(0.05)}}
+    place = {"target": "craft", "azimuth_deg": 40, "elevation_deg": 30, "range_m": RANGE}
+    size = {"width_px": 160, "height_px": 120, "exposure_time_s": EXPOSURE, "f_number": 16.0}
+    return scenario_from_dict(
+        {
+            "epoch": {"utc": "2026-03-20T12:10:00"},
+            "spacecraft": {
+                "craft": {"model": model, "orbit": {"altitude_km": 400, "inclination_deg": 51.6}}
+            },
+            "camera": {"cam": {"about": place, "shutter": "global", **size, **camera}},
+            "render": {"samples_per_pixel": 30},
+        }
+    )
+
+
+@pytest.fixture(scope="module")
+def above() -> Iterator[Simulator]:
+    with Simulator(over_the_earth()) as simulator:
+        yield simulator
+
+
+def test_the_earth_is_seen_for_as_long_as_nothing_stands_before_it(above: Simulator) -> None:
+    """A dark box that moves before it, and both as the camera turns: detail of single pixels is
+    read between them."""
+    one = over_the_earth()
+    slew = turning_camera(one, np.array([0.2, -0.98, 0.0]), 8.0 / FOCAL)
+    for during, tolerance in ((moving(one, 8.0), 0.002), (slew, 0.006)):
+        image = electrons(above, during(one.epoch_tai_ns), during)
+        wanted = by_instants(above, one, during, 12)
+        assert wanted.min() < 0.1 * wanted.max()
+        assert np.sqrt(np.mean(np.square(image - wanted))) < tolerance * wanted.max()
+        assert image.sum() == pytest.approx(wanted.sum(), rel=1e-3)
+
+
+def test_rows_see_the_earth_at_their_own_time(above: Simulator) -> None:
+    """A camera that turns by 30 px while its rows are read out."""
+    row_time = 100e-6
+    one = over_the_earth(shutter="rolling", row_time_us=1e6 * row_time, exposure_time_s=1e-4)
+    axis = np.array([0.2, -0.98, 0.0])
+    during = turning_camera(one, axis, 30.0 / FOCAL, 119 * row_time)
+    rows = np.arange(5, 120, 19)
+    image = electrons(above, during(one.epoch_tai_ns), during)[rows]
+    times = one.epoch_tai_ns + np.round(1e9 * (rows - 59.5) * row_time).astype(int)
+    stills = [electrons(above, during(time), None) for time in times.tolist()]
+    wanted = np.array([still[row] for still, row in zip(stills, rows.tolist(), strict=True)])
+    assert np.sqrt(np.mean(np.square(image - wanted))) < 0.01 * wanted.max()
+    assert image.sum() == pytest.approx(wanted.sum(), rel=2e-3)
