@@ -3,9 +3,9 @@
 // Clouds follow a climate drawn by hand after satellite means (ISCCP, MODIS): storms with anvils in a
 // belt near the equator, clear subtropics with cumulus, storm tracks with fronts wound into commas and
 // open cells in the cold air behind them, decks of stratocumulus west of the continents, few clouds over
-// deserts. What the albedo by that lacks, a coarse map adds in cover and thickness. Where clouds are shallow, their cover is
-// even over hundreds of kilometres, and what they are made of shows. `cover_shift` brings their mean to
-// the wanted cover.
+// deserts. What the albedo by that lacks, a coarse map adds in cover and thickness. Where clouds are
+// shallow, their cover is even over hundreds of kilometres, and what they are made of shows.
+// `cover_shift` brings their mean to the wanted cover.
 #include "common/constants.glsl"
 #include "block/weather"
 #include "planet/cloud.glsl"
@@ -14,7 +14,7 @@
 uniform sampler2D swirls;    // where the air of a place came from, ITRF unit vector
 uniform sampler2D commas;    // of depressions: deep cloud, cold air, ice cloud
 uniform sampler2D anvils;    // of storms: ice blown off towers, the towers
-uniform sampler2D amounts;   // what a place has more than the climate below: cloud, and logarithm of its thickness
+uniform sampler2D amounts;   // what a place has beside the climate below: cover, logarithm of thickness
 uniform sampler2D land_map;  // square roots of reflectance
 uniform sampler2D shore_map; // distance to the shore
 
