@@ -1,4 +1,5 @@
-"""How much cloud places have beside the drawn climate: ``simgl/data/earth/cloud_amounts.csv``.
+"""What clouds places have beside the drawn climate: ``simgl/data/earth/cloud_amounts.csv``, of
+their cover, and ``cloud_thickness.csv``, of the logarithm of their thickness.
 
     python -m tools.cloud_amounts TRUTH
 
@@ -6,10 +7,11 @@ TRUTH : the folder of flight data of ``python -m benchmarks.flight``, of which C
 albedo of 2018 is read
 
 In cells of 10 deg the albedo of the weather of many seeds is brought to what CERES sees, over
-simgl's own clear sky, but for the mean of each row of cells: there the cover stays that of the
+simgl's own clear sky. What a cell lacks beside the others of its row it gets as cover and, along
+with that, thickness; what its row lacks, as thickness alone: there the cover stays that of the
 drawn climate. Clouds reflect here as by two streams under the mean Sun of a year; what that
-misses of simgl's light is one factor for each row of cells. Poleward of 50 deg, where snow and ice
-decide, less and less is changed.
+misses of simgl's light is one factor for the surroundings of each cell. Poleward of 50 deg, where
+snow and ice decide, less and less is changed.
 """
 
 from __future__ import annotations
@@ -24,26 +26,27 @@ import numpy as np
 from scipy.ndimage import gaussian_filter
 
 from benchmarks.flight.__main__ import in_bands
-from benchmarks.flight.distant_earth import DATES, Reflected, reflected
+from benchmarks.flight.distant_earth import Reflected, reflected
 from simgl import assets
 from simgl.arrays import Array, Array32, Image8
 from simgl.gpu.context import temporary_context
-from simgl.passes.background.cloud_map import noise_texture, weather_codes
+from simgl.gpu.release import release_all
+from simgl.passes.background.cloud_map import AMOUNTS, noise_texture, weather_codes
 from simgl.passes.background.earth_maps import ground_textures
 from simgl.scene.earth import Clouds, EarthMaps
 
 ROWS, COLUMNS = 18, 36
 _WIDTH = 720
-# Seeds whose mean weather is the climate: the albedo of a cell then scatters by 0.01.
-_SEEDS = range(24)
-# Times of each date at which simgl's Earth is looked at.
-_HOURS = 4
-_ROUNDS = 12
-# Of albedo per unit of the amounts, at most (that of cover is about 1); and the largest amount.
-_RESPONSE, _LARGEST = 0.5, 0.6
-# Added at the end over the Pacific from 180 to 100 W, 40 N to 40 S: by the light of its full disc
-# the fit of cells leaves too little.
-_PACIFIC, _MORE = (slice(5, 13), slice(0, 8)), 0.05
+# Seeds whose mean weather is the climate: the albedo of a cell then scatters by 0.012.
+_SEEDS = range(16)
+# Cameras about simgl's Earth and times of each date, each with the weather of a seed.
+_VIEWS, _HOURS = 16, 4
+_ROUNDS = 8
+# Of albedo per unit of cover with its thickness, and of rows' thickness alone; the largest of both.
+_OF_COVER, _OF_THICKNESS, _LARGEST = 0.8, 0.15, 0.6
+# Where there is more cloud than in the drawn climate, it is thicker, too: so much of the logarithm
+# per unit of cover, an estimate.
+_THICKER = 1.6
 # Of the cells by which amounts are smoothed, and the light of clouds beside that by two streams.
 _SMOOTH, _AROUND = 0.6, 1.5
 
@@ -82,18 +85,23 @@ def _of_clouds(codes: Image8) -> Array:
     return np.stack([_cells(one) for one in seen])
 
 
-def climate(ctx: moderngl.Context, amounts: Array32, seeds: Sequence[int]) -> Array:
-    """(3, 18, 36) ``_of_clouds``, mean over seeds."""
-    ground = ground_textures(ctx, EarthMaps())
-    result = np.zeros((3, ROWS, COLUMNS))
-    for seed in seeds:
-        noise = noise_texture(ctx, seed)
-        codes = weather_codes(ctx, Clouds(seed=seed), noise, ground, _WIDTH, amounts)
-        result += _of_clouds(codes) / len(seeds)
-        noise.release()
-    for texture in ground:
-        texture.release()
-    return result
+class Climate:
+    """Mean over the weather of some seeds."""
+
+    def __init__(self, ctx: moderngl.Context, seeds: Sequence[int]) -> None:
+        self._ctx, self._ground = ctx, ground_textures(ctx, EarthMaps())
+        self._noise = {seed: noise_texture(ctx, seed) for seed in seeds}
+
+    def clouds(self, amounts: Array32) -> Array:
+        """(3, 18, 36) ``_of_clouds`` with amounts (18, 36, 2)."""
+        weathers = (
+            weather_codes(self._ctx, Clouds(seed=seed), noise, self._ground, _WIDTH, amounts)
+            for seed, noise in self._noise.items()
+        )
+        return np.mean([_of_clouds(codes) for codes in weathers], axis=0)
+
+    def release(self) -> None:
+        release_all(self._ctx, *self._ground, *self._noise.values())
 
 
 def _albedo(clouds: Array, clear: Array) -> Array:
@@ -111,32 +119,46 @@ def _by_cells(light: Reflected) -> Array:
     return np.asarray(sent / received)
 
 
-def fit(ctx: moderngl.Context, clear: Array, all_sky: Array, measured: Array) -> Array32:
-    """(18, 36) the amounts; all arguments albedos (18, 36) from the north on.
+def _logged(amounts: Array32, rows: Array) -> Array32:
+    """(18, 36, 2) amounts of cover with thickness; rows : (18, 1) of theirs alone."""
+    return np.stack([amounts, _THICKER * amounts + rows], axis=-1).astype(np.float32)
 
-    clear, all_sky : of simgl without amounts, with the seeds of ``reflected``
+
+def fit(
+    climate: Climate, clear: Array, all_sky: Array, measured: Array, before: Array32
+) -> Array32:
+    """(18, 36, 2) the amounts; all albedos (18, 36) from the north on.
+
+    clear, all_sky : of simgl without clouds, and with the amounts ``before``, in the weather of the
+        climate's seeds
     measured : that are wanted
     """
-    amounts = np.zeros((ROWS, COLUMNS), dtype=np.float32)
-    seen = _albedo(climate(ctx, amounts, range(len(DATES) * _HOURS)), clear)
+    drawn = climate.clouds(before)
     # Of all cells around: few clouds tell little of their light.
     around = partial(gaussian_filter, sigma=_AROUND, mode=("nearest", "wrap"))
-    of_light = around(all_sky - clear) / around(seen - clear)
+    of_light = around(all_sky - clear) / around(_albedo(drawn, clear) - clear)
     latitude = 85.0 - 10.0 * np.arange(ROWS)
+    area = np.cos(np.radians(latitude))
     weight = np.clip((70.0 - np.abs(latitude)) / 20.0, 0.0, 1.0)[:, None]
-    of_rows = climate(ctx, amounts, _SEEDS)[2].mean(axis=1)
+    of_rows = drawn[2].mean(axis=1)
+    cover = before[..., 0]
+    rows = (before[..., 1] - _THICKER * cover).mean(axis=1, keepdims=True)
     for _ in range(_ROUNDS):
-        clouds = climate(ctx, amounts, _SEEDS)
-        seen = _albedo(clouds, clear)
-        error = measured - (clear + of_light * (seen - clear))
-        error -= error.mean(axis=1, keepdims=True)
-        step = gaussian_filter(weight * error / _RESPONSE, _SMOOTH, mode=("nearest", "wrap"))
-        amounts = np.clip(amounts + step, -_LARGEST, _LARGEST).astype(np.float32)
-        amounts += (of_rows - clouds[2].mean(axis=1)).astype(np.float32)[:, None]
-        area = np.cos(np.radians(latitude))
+        clouds = climate.clouds(_logged(cover, rows))
+        error = measured - (clear + of_light * (_albedo(clouds, clear) - clear))
         rms = np.sqrt(np.average((error**2).mean(axis=1), weights=area * weight[:, 0]))
-        print(f"rms difference of the albedo {rms:.4f}")
-    return amounts
+        print(f"rms difference of the albedo {rms:.4f}", flush=True)
+        of_row = weight * error.mean(axis=1, keepdims=True)
+        step = gaussian_filter(weight * error - of_row, _SMOOTH, mode=("nearest", "wrap"))
+        cover = np.clip(cover + step / _OF_COVER, -_LARGEST, _LARGEST).astype(np.float32)
+        cover += (of_rows - clouds[2].mean(axis=1)).astype(np.float32)[:, None]
+        rows = np.clip(rows + of_row / _OF_THICKNESS, -_LARGEST, _LARGEST)
+    return _logged(cover, rows)
+
+
+def _written(amounts: Array32) -> None:
+    for name, values in zip(AMOUNTS, np.moveaxis(amounts, -1, 0), strict=True):
+        np.savetxt(assets.data() / "earth" / name, values, fmt="%.2f", delimiter=",")
 
 
 def main() -> None:
@@ -145,16 +167,17 @@ def main() -> None:
     The fit begins without amounts, so that it does not depend on those of an earlier run; they are
     lost where it is interrupted.
     """
-    path = assets.data() / "earth" / "cloud_amounts.csv"
-    np.savetxt(path, np.zeros((ROWS, COLUMNS)), fmt="%.2f", delimiter=",")
-    truth = Path(sys.argv[1]) / "ceres_2018_all_sky_1deg.csv"
-    broadband = np.loadtxt(truth, delimiter=",")[::-1]
+    amounts = np.zeros((ROWS, COLUMNS, 2), dtype=np.float32)
+    _written(amounts)
+    broadband = np.loadtxt(Path(sys.argv[1]) / "ceres_2018_all_sky_1deg.csv", delimiter=",")[::-1]
+    measured = _cells(in_bands(broadband, clear=False))
+    seen = partial(reflected, views=_VIEWS, hours=_HOURS)
     with temporary_context() as ctx:
-        clear = _by_cells(reflected(ctx, clouds={"cover": 0.0}, hours=_HOURS))
-        all_sky = _by_cells(reflected(ctx, clouds={}, hours=_HOURS))
-        amounts = fit(ctx, clear, all_sky, _cells(in_bands(broadband, clear=False)))
-    amounts[_PACIFIC] += _MORE
-    np.savetxt(path, amounts, fmt="%.2f", delimiter=",")
+        climate = Climate(ctx, _SEEDS)
+        clear = _by_cells(seen(ctx, clouds={"cover": 0.0}))
+        all_sky = _by_cells(seen(ctx, clouds={}))
+        _written(fit(climate, clear, all_sky, measured, amounts))
+        climate.release()
 
 
 if __name__ == "__main__":

@@ -8,7 +8,10 @@ ice of rough crystals: Henyey and Greenstein's law with the asymmetry 0.75 of MO
 columns (Holz et al. 2016, Atmos. Chem. Phys. 16, 5075), which has neither rainbow nor glory. A
 plane layer is solved by doubling (Hansen 1971, J. Atmos. Sci. 28, 120), with the forward peak
 scaled off (Wiscombe 1977) and single scattering by the exact phase function (Nakajima and Tanaka
-1988).
+1988). Its top is rough: facets of normally distributed slopes, each a plane layer of its own,
+shaded and hidden by Smith's law, so that it sends more of the light back and less ahead than a
+level one. Their mean square slope is chosen so that the Earth's light by its phase is that of
+earthshine (``benchmarks/flight``).
 
 The table is (16, 16, 16, 4) float32: relative azimuth of Sun and camera from 0 (the camera faces
 the Sun) to 180 deg, cosine of the view, cosine of the Sun, and optical thickness 1, 4.64, 21.5 and
@@ -23,6 +26,8 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+from scipy.interpolate import RegularGridInterpolator
+from scipy.special import erfc
 
 from simgl.arrays import Array
 
@@ -38,6 +43,8 @@ _WAVELENGTHS = (0.45, 0.5, 0.55, 0.6, 0.65, 0.75, 0.85, 0.95)
 _RADII = np.linspace(1.0, 28.0, 110)
 _ICE_SHARE, _ICE_ASYMMETRY = 0.5, 0.75
 _STREAMS = 24
+# Mean square slope of tops, and rings and azimuths of the slopes that stand for all.
+ROUGH, _RINGS, _AROUND = 0.15, 8, 48
 _LARGEST = 12.0
 
 
@@ -181,6 +188,42 @@ def bidirectional(thickness: float, azimuths: Array, law: Law) -> tuple[Array, A
     return result + (exact - truncated) * single, mu, weights
 
 
+def _hidden(cosine: Array) -> Array:
+    """Smith's function of tops: what hides them from a direction over what does not."""
+    a = cosine / np.sqrt(np.maximum(1.0 - cosine**2, 1e-12) * ROUGH)
+    return np.asarray(0.5 * (np.exp(-a * a) / (a * np.sqrt(np.pi)) - erfc(a)))
+
+
+def rough(level: RegularGridInterpolator, azimuth: Array, view: Array, sun: Array) -> Array:
+    """Reflectance factors of a rough layer; arguments but the first of one shape.
+
+    level : of a level one, by azimuth and cosines of the view and the Sun
+    """
+    lowest, *_, highest = level.grid[1]
+    level_sun, level_view = np.sqrt(1.0 - sun**2), np.sqrt(1.0 - view**2)
+    to_camera = -level_view * np.cos(azimuth), level_view * np.sin(azimuth)
+    between = sun * view + level_sun * to_camera[0]
+    total = np.zeros_like(azimuth)
+    for square, share in zip(*np.polynomial.laguerre.laggauss(_RINGS), strict=True):
+        slope = np.sqrt(ROUGH * square)
+        up = 1.0 / np.sqrt(1.0 + slope**2)
+        for turn in (np.arange(_AROUND) + 0.5) * 2.0 * np.pi / _AROUND:
+            east, north = slope * up * np.cos(turn), slope * up * np.sin(turn)
+            to_sun = up * sun + east * level_sun
+            seen = up * view + east * to_camera[0] + north * to_camera[1]
+            s, v = (np.clip(one, lowest, highest) for one in (to_sun, seen))
+            across = np.sqrt((1.0 - s**2) * (1.0 - v**2))
+            angle = np.arccos(np.clip((s * v - between) / across, -1.0, 1.0))
+            light = s * v * level(np.stack([angle, v, s], axis=-1))
+            total += np.where((to_sun > 0.0) & (seen > 0.0), share / _AROUND / up * light, 0.0)
+    # Where the camera looks along the Sun's light, it sees no shadow (Ginneken et al. 1998, Appl.
+    # Opt. 37, 130).
+    from_sun, from_view, turned = _hidden(sun), _hidden(view), 4.41 * (np.pi - azimuth)
+    larger, smaller = np.maximum(from_sun, from_view), np.minimum(from_sun, from_view)
+    hidden = larger + turned / (1.0 + turned) * smaller
+    return np.asarray(total / (sun * view * (1.0 + hidden)))
+
+
 def table() -> Array:
     """The table of the module's text."""
     azimuths = np.linspace(0.0, np.pi, CELLS)
@@ -188,18 +231,17 @@ def table() -> Array:
     fine = np.linspace(0.0, np.pi, 8 * (CELLS - 1) + 1)
     spread = np.maximum(1.0 - abs(azimuths[:, None] - fine) * (CELLS - 1) / np.pi, 0.0)
     spread /= spread.sum(axis=1, keepdims=True)
+    around = np.full(fine.size, 1.0 / (fine.size - 1))
+    around[[0, -1]] *= 0.5
     middles = (np.arange(CELLS) + 0.5) / CELLS
+    weights = middles / middles.sum()
     layers = []
     for thickness in THICKNESSES:
-        reflectance, mu, weights = bidirectional(
-            float(thickness), fine, lambda c: cloud_phase(tuple(c))
-        )
-        around = np.full(fine.size, 1.0 / (fine.size - 1))
-        around[[0, -1]] *= 0.5
-        albedo = 2.0 * np.einsum("a,v,avs->s", around, weights * mu, reflectance)
-        shape = np.einsum("af,fvs->avs", spread, reflectance / albedo)
-        views = np.array([[np.interp(middles, mu, column) for column in row.T] for row in shape])
-        layers.append(np.array([[np.interp(middles, mu, s) for s in v.T] for v in views]))
+        factors, mu, _ = bidirectional(float(thickness), fine, cloud_law)
+        level = RegularGridInterpolator((fine, mu, mu), factors)
+        reflectance = rough(level, *np.meshgrid(fine, middles, middles, indexing="ij"))
+        albedo = np.einsum("a,v,avs->s", around, weights, reflectance)
+        layers.append(np.einsum("af,fvs->avs", spread, reflectance / albedo))
     # Where both graze the layer it is no plane, and its forward peak would be that of a mirror.
     return np.minimum(np.stack(layers, axis=-1), _LARGEST).astype(np.float32)
 

@@ -92,19 +92,28 @@ float mu_at(float height, float mu, float from_height) {
     return sqrt(max(1.0 - (1.0 - mu * mu) * nearer * nearer, 0.0));
 }
 
-AirRay air_before(AirRay ray, float height) {
+#ifndef AIR_INSIDE
+// As below, at a height where the ray comes down at a cosine `mu` from the zenith.
+AirRay air_before_at(AirRay ray, float height, float mu) {
     AirRay cut = ray;
-#ifdef AIR_INSIDE
+    cut.to_ground = transmittance_to_space(height, mu);
+    cut.light = ray.light * min((1.0 - cut.to_ground) / max(1.0 - ray.to_ground, 1e-6), 1.0);
+    return cut;
+}
+#endif
+
+AirRay air_before(AirRay ray, float height) {
+#ifndef AIR_INSIDE
+    return air_before_at(ray, height, mu_at(height, ray.mu_ground, 0.0));
+#else
+    AirRay cut = ray;
     bool below = ray.mu_camera > 0.0;
     float mu = below ? mu_at(height, ray.mu_camera, camera_height) : mu_at(height, ray.mu_ground, 0.0);
     vec4 beyond = transmittance_to_space(height, mu);
     vec4 here = transmittance_to_space(camera_height, abs(ray.mu_camera));
     cut.to_ground = min(below ? here / max(beyond, 1e-9) : beyond / max(here, 1e-9), 1.0);
     vec4 full = below ? ray.to_space : ray.to_ground;
-#else
-    cut.to_ground = transmittance_to_space(height, mu_at(height, ray.mu_ground, 0.0));
-    vec4 full = ray.to_ground;
-#endif
     cut.light = ray.light * min((1.0 - cut.to_ground) / max(1.0 - full, 1e-6), 1.0);
     return cut;
+#endif
 }

@@ -3,9 +3,9 @@
 // Clouds follow a climate drawn by hand after satellite means (ISCCP, MODIS): storms with anvils in a
 // belt near the equator, clear subtropics with cumulus, storm tracks with fronts wound into commas and
 // open cells in the cold air behind them, decks of stratocumulus west of the continents, few clouds over
-// deserts. What the albedo by that lacks, a coarse map adds. Where clouds are shallow, their cover is
-// even over hundreds of kilometres, and what they are made of shows. `cover_shift` brings their mean to
-// the wanted cover.
+// deserts. What the albedo by that lacks, a coarse map adds in cover and thickness. Where clouds are
+// shallow, their cover is even over hundreds of kilometres, and what they are made of shows.
+// `cover_shift` brings their mean to the wanted cover.
 #include "common/constants.glsl"
 #include "block/weather"
 #include "planet/cloud.glsl"
@@ -14,7 +14,7 @@
 uniform sampler2D swirls;    // where the air of a place came from, ITRF unit vector
 uniform sampler2D commas;    // of depressions: deep cloud, cold air, ice cloud
 uniform sampler2D anvils;    // of storms: ice blown off towers, the towers
-uniform sampler2D amounts;   // what a place has more than the climate below
+uniform sampler2D amounts;   // what a place has beside the climate below: cover, logarithm of thickness
 uniform sampler2D land_map;  // square roots of reflectance
 uniform sampler2D shore_map; // distance to the shore
 
@@ -99,15 +99,19 @@ void main() {
     value = mix(value, 0.25 * synoptic + 0.12 - 0.34 * on_land + fine, cumulus);
     value = mix(value, 0.2 * synoptic + 0.03 + fine, cold * (1.0 - polar));
     value = mix(value, 0.25 * synoptic + 0.22 + fine, decked);
-    value += 0.45 * front + 0.6 * anvil.r + textureLod(amounts, uv, 0.0).r + cover_shift;
+    value += 0.45 * front + 0.6 * anvil.r + cover_shift;
+    vec2 more = textureLod(amounts, uv, 0.0).rg;
     // Spread like the noise that will break it up: a texel is then no hole of its own shape in a deck,
     // as it would be beside a share that ends at 1.
-    float cover = normal_share(value / 0.133);
+    float cover = normal_share((value + more.r) / 0.133);
 
-    // Optical thickness: 4 for trade-wind cumulus, 12 for decks, 70 in the cores of storms.
-    float core = 0.7 * min(value, 0.8) + 0.6 * groups.w + 0.7 * cells.w + 0.8 * tufts.w;
+    // Optical thickness: 4 for trade-wind cumulus, 12 for decks, 70 in the cores of storms. Fronts and the
+    // layers of high latitudes have even tops.
+    float layered = clamp(front + polar + 0.5 * storms, 0.0, 1.0) * (1.0 - anvil.r);
+    float lumpy = (0.7 * cells.w + 0.8 * tufts.w) * (1.0 - 0.7 * layered);
+    float core = 0.7 * min(value, 0.8) + 0.6 * groups.w + lumpy;
     float thickness = clamp(3.0 * exp(0.6 * deck + 1.6 * core + 0.3 * storms + 0.4 * belt + 0.3 * polar
-                                      + 0.4 * front + 0.3 * anvil.r + 1.2 * anvil.g), 1.0, 90.0);
+                                      + 0.7 * front + 0.3 * anvil.r + 1.2 * anvil.g + more.g), 1.0, 90.0);
 
     // Thin high cloud: blown out of towers and ahead of fronts, drawn out to the east.
     vec3 blown = vec3(local.xy, 3.0 * local.z) + 0.5 * (drawn - local);

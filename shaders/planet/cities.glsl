@@ -24,14 +24,14 @@ vec2 towns(vec2 place, float radius, float footprint, uint grid) {
     // No row of cells begins where the next one does: towns would stand in columns.
     place.x += of_cell(ivec2(int(floor(place.y)), 0), grid + 2u).x;
     vec3 chance = of_cell(ivec2(floor(place)), grid);
-    // The law of exponent -2 in the number of towns, of which one of 240 is cut; the mean is 1.
-    float light = 0.515 * inversesqrt(chance.z);
+    // Zipf's law, of exponent -1 in the number of towns: one of 37 has all light that a cell may; the mean is 1.
+    float light = min(0.218 / chance.z, 8.0);
     // Brighter towns are wider, not brighter everywhere. To where light ends.
     float reach = min(3.2 * sqrt(radius * radius * light + 0.16 * footprint * footprint), 0.36);
     vec2 away = (fract(place) - mix(vec2(reach), vec2(1.0 - reach), chance.xy)) / reach;
     float fall = max(1.0 - dot(away, away), 0.0);
     // Over the mean of the fall's cube in the cell.
-    float resolved = min(light, 8.0) * fall * fall * fall * (4.0 / PI) / (reach * reach);
+    float resolved = light * fall * fall * fall * (4.0 / PI) / (reach * reach);
     float even = clamp(2.0 * footprint - 0.4, 0.0, 1.0);
     return vec2(mix(resolved, 1.0, even), mix(step(0.6, fract(61.0 * chance.z)), 0.4, even));
 }

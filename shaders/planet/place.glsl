@@ -11,6 +11,12 @@
 #ifdef AIR
 #include "air/air.glsl"
 #endif
+#ifdef TOWERS
+// Of the cloud that a ray meets: its height [km], and, above the layer, the cosine of the ray from the zenith there.
+float layer_km, layer_mu;
+#else
+#define layer_km cloud_km
+#endif
 
 // Sines of the Sun's height at which its upper limb sets for level ground, and for the tops of relief 2 km over
 // the ground around. From there the horizon dips by 0.0269 rad (Earth radius 7/6, for the ray's bend);
@@ -185,7 +191,7 @@ Place place_at(vec3 d, float t, float cloud_t, float slant) {
     place.levels.y = chart_level(max(place.levels.y + max(log2(LONG_EDGE * inversesqrt(slant)), 0.0), 0.0));
     place.resolved = chart_variance[int(place.levels.y)].xy;
     place.resolved_clouds = cloud_variance[int(place.levels.y)];
-    Daylight high = air_daylight_at(cloud_km, mu_sun);
+    Daylight high = air_daylight_at(layer_km, mu_sun);
 #ifdef NIGHT
     place.diffuse += glow_irradiance * nightfall(mu_sun);
     high.diffuse += glow_irradiance * nightfall(mu_sun);
@@ -266,18 +272,22 @@ Place place_through(AirRay air, Place place) {
 #endif
     place.sky = mix(place.diffuse / PI, mirrored * air.to_ground, exp(-camera_height / SAME_SKY_KM));
 #endif
+#ifdef TOWERS
+    AirRay over = layer_km > cloud_km ? air_before_at(air, layer_km, layer_mu) : air_before(air, cloud_km);
+#else
     AirRay over = air_before(air, cloud_km);
+#endif
 #ifndef AIR_INSIDE
     vec4 above = air_from_below * (1.0 - over.to_ground) / max(1.0 - air.to_ground, 1e-6);
-    place.aloft_high = place.white * scattered_up(cloud_km, over.to_ground, mu_view, above);
+    place.aloft_high = place.white * scattered_up(layer_km, over.to_ground, mu_view, above);
 #endif
     place.white *= over.to_ground;
     place.sunny *= over.to_ground;
 #ifdef BANDS
     place.white_high *= air_before(air, HIGH_CLOUD_KM).to_ground;
 #ifndef AIR_INSIDE
-    place.white *= past_twice(cloud_km, mu.x, mu.y);
-    place.sunny *= past_twice(cloud_km, mu.x, mu.y);
+    place.white *= past_twice(layer_km, mu.x, mu.y);
+    place.sunny *= past_twice(layer_km, mu.x, mu.y);
     place.white_high *= past_twice(HIGH_CLOUD_KM, mu.x, mu.y);
 #endif
 #endif

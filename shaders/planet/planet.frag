@@ -1,9 +1,15 @@
 // Earth and air behind the spacecraft, radiance [W m-2 sr-1], a mean over the pixel at the limb, and
 // the share of what lies beyond that is seen past them.
+#if defined(EARTH_MAPS) && !defined(AIR_INSIDE)
+#define TOWERS
+#endif
 #include "block/planet"
 #include "common/coverage.glsl"
 #include "planet/ground.glsl"
 #include "planet/ray.glsl"
+#ifdef TOWERS
+#include "planet/towers.glsl"
+#endif
 
 layout(location = 0, index = 0) out vec4 radiance;
 layout(location = 0, index = 1) out vec4 beyond;
@@ -27,13 +33,26 @@ void main() {
     // Clouds stand over the horizon.
     float to_clouds = clouds_discriminant(ray);
     if (clouds_below > 0.0 && od < 0.0) on_clouds = max(coverage(to_clouds), on_earth);
+    float cloud_t = clouds_t(ray, to_clouds);
+#ifdef TOWERS
+    layer_km = cloud_km;
+    if (clouds_below > 0.0 && od < 0.0 && on_clouds < 1.0) {
+        Tower tower = tower_before(ray);
+        if (tower.covers > on_clouds) {
+            on_clouds = tower.covers;
+            cloud_t = tower.t;
+            layer_km = tower.height;
+            layer_mu = max(-(od + tower.t * dd) * inversesqrt(dd), 0.0);
+        }
+    }
+#endif
 #else
-    float to_clouds = discriminant;
+    float cloud_t = clouds_t(ray, discriminant);
 #endif
     if (on_clouds <= 0.0) return;
     float root = covered_root(discriminant);
     float t = outside / (root - od);
-    Place here = place_at(d, t, clouds_t(ray, to_clouds), max(root / sqrt(dd), 1e-3));
+    Place here = place_at(d, t, cloud_t, max(root / sqrt(dd), 1e-3));
 #ifdef AIR
     here = place_through(air, here);
 #endif

@@ -71,6 +71,10 @@ class EarthMaps:
     night: MapImage | None = None
 
 
+# Where towers end, at the tropopause [m].
+_TROPOPAUSE = 13_000.0
+
+
 @dataclass(frozen=True, kw_only=True)
 class Clouds:
     """A thin layer of cloud.
@@ -88,6 +92,11 @@ class Clouds:
     height: float = 4000.0
     image: MapImage | None = None
     thickness: float = 15.0
+
+    @property
+    def top(self) -> float:
+        """Height of the highest towers [m]; an image of clouds lies at the height that is given."""
+        return self.height if self.image is not None else max(self.height, _TROPOPAUSE)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -177,13 +177,13 @@ def _cumulus(rng: np.random.Generator) -> Array32:
     streets = scipy.ndimage.map_coordinates(
         streets, (rows + bend, columns), order=1, mode="grid-wrap"
     )
-    swarms = _coloured(rng, np.where(k > 20.0, 0.0, k**-1.2))
+    swarms = _coloured(rng, np.where(k > 40.0, 0.0, k**-0.9))
     # Heads of many sizes, a part of them round between creases: folded alone they would be grains
     # of one size.
     fine = np.where((k < _CUMULUS) | (k > SIZE / 5.0), 0.0, k**_CUMULUS_SLOPE)
     plain, folded = _coloured(rng, fine), np.abs(_coloured(rng, fine))
     heads = (plain + 0.8 * folded).astype(np.float32)
-    return _standard(heads) + 0.4 * streets + 0.6 * swarms
+    return _standard(heads) + 0.3 * streets + 0.8 * swarms
 
 
 def _eddies(rng: np.random.Generator) -> Array32:

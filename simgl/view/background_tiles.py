@@ -145,8 +145,9 @@ def tiles_of(
     nearest = _nadir_angles(planets, intrinsics, size)
     distance = float(np.sqrt(1.0 + planet.outside))
     height = 0.0 if planet.earth.air is None else AIR_TOP / planet.earth.equatorial_radius
-    top = 1.0 + max(height, _cloud_height(planet))
-    ground = nearest < np.arcsin(min((1.0 + _cloud_height(planet)) / distance, 1.0))
+    cloud_tops = _cloud_tops(planet)
+    top = 1.0 + max(height, cloud_tops)
+    ground = nearest < np.arcsin(min((1.0 + cloud_tops) / distance, 1.0))
     air = (nearest < np.arcsin(top / distance)) if distance > top else np.ones_like(ground)
     shortened = np.maximum(corners.slant, 1e-3)
     spacing = corners.distance / np.sqrt(shortened)
@@ -246,6 +247,12 @@ def _cloud_height(planet: PlanetView) -> float:
     """In Earth radii."""
     clouds = planet.earth.clouds
     return 0.0 if clouds is None else clouds.height / planet.earth.equatorial_radius
+
+
+def _cloud_tops(planet: PlanetView) -> float:
+    """Height of the highest towers, in Earth radii."""
+    clouds = planet.earth.clouds
+    return 0.0 if clouds is None else clouds.top / planet.earth.equatorial_radius
 
 
 def _nadir_angles(

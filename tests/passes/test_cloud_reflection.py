@@ -7,10 +7,19 @@ from typing import Any
 import moderngl
 import numpy as np
 import pytest
+from scipy.integrate import quad
+from scipy.interpolate import RegularGridInterpolator
 
 from simgl import assets
 from tests.passes.test_ground import RADIUS, SUN, looking_down, tilted_sun
-from tools.cloud_reflection import CELLS, THICKNESSES, bidirectional, henyey_greenstein
+from tools.cloud_reflection import (
+    CELLS,
+    ROUGH,
+    THICKNESSES,
+    bidirectional,
+    henyey_greenstein,
+    rough,
+)
 
 Array = np.ndarray[Any, Any]
 
@@ -91,6 +100,35 @@ def test_doubling_agrees_with_photons() -> None:
         counted = int(((turns >= low) & (turns <= high)).sum())
         # Four standard deviations of the count, and what steps of the azimuth leave.
         assert counted / count == pytest.approx(sent, rel=4.0 / np.sqrt(counted) + 0.02)
+
+
+@pytest.fixture(scope="module")
+def white() -> RegularGridInterpolator:
+    """A white Lambertian layer."""
+    cosines = np.linspace(0.002, 0.998, 3)
+    return RegularGridInterpolator(
+        (np.linspace(0.0, np.pi, 3), cosines, cosines), np.ones((3,) * 3)
+    )
+
+
+def test_rough_tops_under_a_high_sun_are_dimmed_by_the_mean_of_their_cosine(
+    white: RegularGridInterpolator,
+) -> None:
+    """Seen from the Sun: facets of slope squared t, spread like exp(-t / m), show 1 / cos of the
+    level area, of which each sends cos^2."""
+    straight = np.full(1, 0.9999)
+    seen = float(rough(white, np.array([np.pi]), straight, straight)[0])
+    mean, _ = quad(lambda x: np.exp(-x) / np.sqrt(1.0 + ROUGH * x), 0.0, 40.0)
+    # Nodes of Laguerre's rule, and cosines that end at 0.998.
+    assert seen == pytest.approx(mean, rel=0.004)
+
+
+def test_rough_tops_send_more_of_a_low_sun_back_than_ahead(white: RegularGridInterpolator) -> None:
+    """Camera and Sun can change places, too."""
+    ahead_and_back, low, slant = np.array([0.0, np.pi]), np.full(2, 0.4), np.full(2, 0.6)
+    ahead, back = rough(white, ahead_and_back, slant, low)
+    assert back > 1.5 * ahead
+    np.testing.assert_allclose(rough(white, ahead_and_back, low, slant), (ahead, back), rtol=1e-12)
 
 
 def test_ice_comes_in_winter(gl: moderngl.Context) -> None:

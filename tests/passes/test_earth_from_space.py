@@ -11,6 +11,7 @@ import pytest
 from PIL import Image
 
 from simgl.scenario.scenario import Scenario
+from simgl.scene.earth import Clouds
 from simgl.view.background_tiles import even_tiles, tiles_of
 from tests.passes.test_ground import RADIUS, SUN, icrf_from_itrf, looking_down, tilted_sun, up_at
 from tests.scenes import opened, radiance, scene
@@ -276,3 +277,45 @@ def test_the_full_disc_reflects_what_satellites_see(gl: moderngl.Context, longit
     mean = np.average(reflectance, weights=SUN)
     # A Lambertian globe of albedo p shows 2/3 p; earthshine says 0.30 +- 0.03 (docs/earth.md).
     assert 0.18 < mean < 0.22
+
+
+def test_towers_of_storms_stand_over_the_limb_of_the_tropics(
+    gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Beside the same weather without towers, something brighter stands over the layer at 4 km, and
+    nothing over the tropopause at 13 km."""
+    # The limb to the east lies 19.8 deg off, past a storm near 3 N, 102 E.
+    place = (2.9, 82.7)
+    R, up = icrf_from_itrf(), up_at(*place)
+    east = np.array([-up[1], up[0], 0.0]) / np.hypot(up[0], up[1])
+    # From 400 km the ground's limb lies 70.2 deg from nadir.
+    view, field = np.sin(np.radians(70.2)) * east - np.cos(np.radians(70.2)) * up, 24.0
+    width, height = 640, 96
+    camera = {
+        "position_icrf_m": (R @ up * (RADIUS + 400.0) * 1e3).tolist(),
+        "boresight": (R @ view).tolist(),
+        "up": (R @ up).tolist(),
+        "width_px": width,
+        "height_px": height,
+        "pixel_pitch_um": 3.75,
+        "focal_length_mm": 3.75e-3 * width / (2.0 * np.tan(np.radians(0.5 * field))),
+    }
+    earth = {"shape": "sphere", "radius_km": RADIUS}
+    looked = scene({}, camera, sun_direction=tuple(R @ tilted_sun(place, 30.0, 240.0)), earth=earth)
+    towering = radiance(gl, looked)
+    monkeypatch.setattr(Clouds, "top", property(lambda self: self.height))
+    level = radiance(gl, looked)
+    more = (towering - level)[..., 0] / level[..., 0].max()
+    x, y = (np.arange(n) + 0.5 - 0.5 * n for n in (width, height))
+    focal = width / (2.0 * np.tan(np.radians(0.5 * field)))
+    right = np.cross(view, up)
+    right /= np.linalg.norm(right)
+    down = np.cross(view, right)
+    rays = focal * view + x[:, None] * right + y[:, None, None] * down
+    cosine = -(rays @ up) / np.linalg.norm(rays, axis=-1)
+    lowest = (RADIUS + 400.0) * np.sqrt(1.0 - cosine**2) - RADIUS
+    # A pixel spans 1.5 km there.
+    over_layer = lowest > 4.0 + 1.5
+    assert (more[over_layer] > 0.02).sum() > 10
+    assert more[over_layer].min() > -1e-3
+    assert abs(more[lowest > 13.0 + 1.5]).max() == 0.0

@@ -34,7 +34,7 @@ _SMALL = (512, 256)
 
 _SHADER = "cloud_map/cloud_map"
 _FIELDS = ("swirls", "commas", "anvils", "amounts")
-_AMOUNTS = "cloud_amounts.csv"
+AMOUNTS = "cloud_amounts.csv", "cloud_thickness.csv"
 _WEATHER = Block(
     "Weather",
     16,
@@ -59,12 +59,14 @@ def noise_texture(ctx: moderngl.Context, seed: int) -> moderngl.Texture3D:
 
 
 def cloud_amounts() -> Array32:
-    """(18, 36) what is added to the climate's clouds from the north and 180 deg west on.
+    """(18, 36, 2) what places have beside the climate, from the north and 180 deg west on.
 
-    In its unit 0.13 is one standard deviation of the noise that breaks clouds up
-    (``tools/cloud_amounts.py``).
+    What is added to their clouds, in a unit of which 0.13 is one standard deviation of the noise
+    that breaks clouds up, and to the logarithm of their thickness (``tools/cloud_amounts.py``).
     """
-    return np.loadtxt(assets.data() / "earth" / _AMOUNTS, delimiter=",", dtype=np.float32)
+    folder = assets.data() / "earth"
+    read = [np.loadtxt(folder / name, delimiter=",", dtype=np.float32) for name in AMOUNTS]
+    return np.stack(read, axis=-1)
 
 
 def weather_map(
@@ -102,7 +104,7 @@ def _source(
     """The modules that draw the weather, and all else that it depends on."""
     shader = assemble(assets.shaders(), f"{_SHADER}.frag", None, {_WEATHER.include: _WEATHER.glsl})
     driver = ctx.info["GL_RENDERER"], ctx.info["GL_VERSION"]
-    of_ground = land_inputs(maps.land), shore_inputs(maps.water), digest_of(None, _AMOUNTS)
+    of_ground = land_inputs(maps.land), shore_inputs(maps.water), digest_of(None, *AMOUNTS)
     inputs = ("weather", clouds.seed, clouds.cover, shader.text, driver, of_ground)
     return (__name__, "simgl.scene.cyclones", "simgl.scene.noise_volume", *MADE_BY), inputs
 
@@ -126,7 +128,7 @@ def weather_codes(
     samplers = ["noise_volume", *_FIELDS, "land_map", "shore_map"]
     program = FullscreenProgram(ctx, _SHADER, _WEATHER, samplers)
     land, _, shore, _ = ground
-    made = swirls(clouds.seed), commas(clouds.seed), anvils(clouds.seed), amounts[..., None]
+    made = swirls(clouds.seed), commas(clouds.seed), anvils(clouds.seed), amounts
     drawn = [_field_texture(ctx, field) for field in made]
     small = ImageTarget(ctx, _SMALL, [Format("f4", 4)])
     full = ImageTarget(ctx, (width, width // 2), [Format("f1", 4)])

@@ -182,8 +182,6 @@ _SODIUM_LAMPS = _BRIGHTEST * np.array([0.40, 0.35, 0.04, 0.21])
 _WHITE_LAMPS = _BRIGHTEST * np.array([0.33, 0.43, 0.20, 0.04])
 # Optical thickness of the thickest of the thin high clouds.
 _HIGH_CLOUD = 1.5
-# From the layer at 4 km up to the tropopause [km].
-_TOWER_KM = 9.0
 
 
 # By R, G, B, N, as in shaders/planet/ground.glsl.
@@ -277,8 +275,7 @@ def planet_values(
         "planet_km": radii[0] * 1e-3,
         "cloud_km": clouds.height * 1e-3 if clouds else 0.0,
         "high_cloud_thickness": _HIGH_CLOUD if clouds else 0.0,
-        # An image of clouds lies at the height that is given.
-        "tower_km": _TOWER_KM if clouds and clouds.image is None else 0.0,
+        "tower_km": (clouds.top - clouds.height) * 1e-3 if clouds else 0.0,
         "clouds_below": float(clouds is not None and planet.height > clouds.height),
         "wave_slope_variance": wave_slope_variance(earth.wind),
         "sea_mirror": mirror_laws(wave_slope_variance(earth.wind)),
