@@ -18,8 +18,9 @@ from simgl.passes.mesh_store import MeshStore
 from simgl.passes.outline_program import OutlineProgram
 from simgl.view.shadow_views import CELL, REACHES, ShadowMap, ShadowView
 
-# Of the maps that are cached; an image of more spacecraft caches as many as it needs.
-MAX_BYTES = 512 << 20
+# Of the maps that are cached: a close view's and those of the Sun's next direction, 300 MB each. An
+# image of more spacecraft caches as many as it needs.
+MAX_BYTES = 640 << 20
 # More cameras than this seldom share a state: maps that were asked for more often outlast it.
 _LASTING = 4
 # Columns beside the maps, whose edges are powers of two: without them all rows of a texture would

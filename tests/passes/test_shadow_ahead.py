@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
 
 import moderngl
@@ -12,8 +13,8 @@ import pytest
 
 from simgl.passes.mesh_store import MeshStore
 from simgl.passes.outline_program import OutlineProgram
-from simgl.passes.shadow import ShadowPass
-from simgl.view.shadow_views import ShadowView
+from simgl.passes.shadow import MAX_BYTES, ShadowPass, _atlas_bytes
+from simgl.view.shadow_views import SIZES, ShadowView
 from tests.passes.shadow_scenes import sun_shadow
 from tests.scenes import lambert, scene
 
@@ -89,6 +90,12 @@ def test_the_next_direction_is_drawn_before_the_sun_gets_there_and_holds_the_sam
         assert len(draws) == drawn
     with shadows(gl) as other:
         assert frame(other, beyond) == ahead
+
+
+def test_the_largest_maps_of_a_close_view_leave_room_for_those_ahead() -> None:
+    largest = replace(view_under(0.0).wide, size=SIZES[-1])
+    wide_and_close = _atlas_bytes((largest, largest))
+    assert 2 * wide_and_close <= MAX_BYTES
 
 
 def test_nothing_is_drawn_ahead_for_casters_that_move(
