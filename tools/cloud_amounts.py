@@ -43,7 +43,7 @@ _SEEDS = range(16)
 _VIEWS, _HOURS = 16, 4
 _ROUNDS = 8
 # Of albedo per unit of cover with its thickness, and of rows' thickness alone; the largest of both.
-_OF_COVER, _OF_THICKNESS, _LARGEST = 0.8, 0.15, 0.6
+_OF_COVER, _OF_THICKNESS, _LARGEST = 0.8, 0.15, 1.0
 # Where there is more cloud than in the drawn climate, it is thicker, too: so much of the logarithm
 # per unit of cover, an estimate.
 _THICKER = 1.6
