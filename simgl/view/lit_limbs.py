@@ -25,10 +25,12 @@ _SMALLEST = 8
 # Samples that could be lit in the time that a box takes whatever is in it: with a finer grid, and
 # where it is only averaged.
 _SAMPLES_OF_A_BOX, _SAMPLES_OF_A_MEAN = 50_000, 2_000
-# Of a tile, for finer grids. Most samples there see nothing, and cost little.
-_BUDGETS = 8
-# Fewer samples than are needed that are still enough, times so many.
-_ABOUT = 1.1
+# Of a tile, for finer grids. Most samples there see nothing, and cost little; twice as many make a
+# frame of a large spacecraft before the Sun take four times as long.
+_BUDGETS = 4
+# A limb that needs so many times the samples of its tile is worth boxes of its own: each draws all
+# triangles again. Small parts beside a large spacecraft in a docking camera's view need five times.
+_ABOUT = 6.0
 # Beyond an outline its pixels reach, and samples that round to it [px].
 _AROUND = 1.5
 # Cosine to the Sun, in the image, of directions across the outline beyond which it counts as dark.
@@ -51,7 +53,7 @@ class Limb:
     margin: float = 0.0
 
     def is_served_by(self, grid: SampleGrid) -> bool:
-        """Whether a grid has about so many samples as it needs."""
+        """Whether a grid is so near to what it needs that boxes cost more than they bring."""
         return self.samples_per_pixel <= _ABOUT * grid.scale**2
 
     def lit(self) -> Array:

@@ -31,7 +31,7 @@ _PLACES = ((0.5, 0.5), (0.29, -0.27), (0.125, 0.397), (-0.2, 0.37))
 
 @pytest.mark.parametrize(
     ("size_px", "phase_deg"),
-    [(20.0, 150.0), (36.0, 135.0), (36.0, 150.0), (100.0, 120.0), (100.0, 150.0), (300.0, 150.0)],
+    [(20.0, 150.0), (36.0, 135.0), (36.0, 150.0), (100.0, 120.0), (100.0, 150.0)],
 )
 def test_the_centre_of_a_crescent_is_right_at_the_coarsest_sampling(
     gl: moderngl.Context, size_px: float, phase_deg: float
@@ -40,7 +40,7 @@ def test_the_centre_of_a_crescent_is_right_at_the_coarsest_sampling(
     away = FOCAL_PX / size_px
     errors = []
     with Simulator(view({"body": at(SPHERE, 0.0, 0.0, away)}, size=pixels), gl) as simulator:
-        for x, y in _PLACES if size_px < 200.0 else _PLACES[:2]:
+        for x, y in _PLACES:
             flux, middle = sphere_light(place(x, y, away), phase)
             image = light(simulator, view({"body": at(SPHERE, x, y, away)}, phase, pixels), 5)
             errors.append(np.hypot(*(centre_of_light(image) - middle)))
