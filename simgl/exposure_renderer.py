@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
+from itertools import chain
 
 import moderngl
 
 from simgl.camera.camera import Camera
+from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import all_or_nothing, release_all
 from simgl.gpu.render_targets import Format, ImageTarget, TargetStore
 from simgl.gpu.timers import PassTimer
@@ -59,25 +61,21 @@ class ExposureRenderer:
     def draw(self, views: MovingViews, target: ImageTarget, by: Drawing) -> None:
         """Fill a target of the image's size with the mean radiance that each row sees."""
         count = views.scene.count
-        snapshots = iter(views.snapshots())
-        snapshot = next(snapshots)
+        snapshots = views.snapshots()
+        first = next(snapshots)
         if count == 1:
-            layers = self._draw_behind(by, views, snapshot[0][1], views.layers(snapshot), target)
+            layers = self._draw_behind(by, views, first[0][1], views.layers(first), target)
             self._lay(by, views, layers, target)
             return
         behind = self._target("behind", views.camera)
         one = self._target("one snapshot", views.camera)
-        self._draw_behind(by, views, snapshot[0][1], [], behind)
+        self._draw_behind(by, views, first[0][1], [], behind)
         target.blacken()
-        while True:
+        for snapshot in chain((first,), snapshots):
             self._average.copy(behind.textures[0], one.framebuffer)
             self._lay(by, views, views.layers(snapshot), one)
             with self._timer.measure("sweep"):
                 self._average.add(one.textures[0], 1.0 / count, target.framebuffer)
-            following = next(snapshots, None)
-            if following is None:
-                return
-            snapshot = following
 
     def _draw_behind(
         self,
@@ -100,7 +98,7 @@ class ExposureRenderer:
             by.background(behind.view, drawn)
             # What stands before a background that moves as it does hides the same of it always.
             while single and layers and layers[0].goes_with(behind.paths):
-                self._lay_tiles(by, layers.pop(0), drawn)
+                self._draw_tiles(by, layers.pop(0), drawn, ResolvePass.lays)
             with self._timer.measure("sweep"):
                 if number == 0 and views.scene.behind_count > 1:
                     target.blacken()
@@ -115,7 +113,7 @@ class ExposureRenderer:
         """Lay swept layers over what a target holds, the farthest first."""
         for layer in layers:
             if layer.paths is None:
-                self._lay_tiles(by, layer, target)
+                self._draw_tiles(by, layer, target, ResolvePass.lays)
                 continue
             sweep = Sweep(
                 paths=layer.paths,
@@ -127,27 +125,27 @@ class ExposureRenderer:
             )
             snapshot = self._target("layer", views.scene.drawn, _COVERED)
             snapshot.framebuffer.clear(viewport=sweep.read())
-            self._add_tiles(by, layer, snapshot)
+            self._draw_tiles(by, layer, snapshot, ResolvePass.adds)
             with self._timer.measure("sweep"):
                 spare = partial(self._spare, views, _COVERED)
                 self._sweep.lay_over(sweep, snapshot, target.framebuffer, spare)
 
-    def _lay_tiles(self, by: Drawing, layer: Layer, target: ImageTarget) -> None:
-        """Over what a target holds."""
-        self._draw_tiles(by, layer, target, self._resolve.draw)
-
-    def _add_tiles(self, by: Drawing, layer: Layer, snapshot: ImageTarget) -> None:
-        """Side by side in a snapshot of radiance and covered shares."""
-        self._draw_tiles(by, layer, snapshot, self._resolve.add_separately)
-
-    def _draw_tiles(
-        self, by: Drawing, layer: Layer, target: ImageTarget, draw: Callable[..., None]
-    ) -> None:
+    def _draw_tiles(self, by: Drawing, layer: Layer, target: ImageTarget, how: State) -> None:
+        """With a state of ``ResolvePass``."""
         for one in layer.tiles:
-            how = by.lens(one.view), one.view.ramps, one.rows
+            lens = by.lens(one.view)
             for tile, points, (radiance,) in by.lit_tiles(one.view, [one.tile]):
                 with self._timer.measure("resolve"):
-                    draw(tile, points, radiance, target.framebuffer, *how)
+                    self._resolve.draw(
+                        tile,
+                        points,
+                        radiance,
+                        target.framebuffer,
+                        lens,
+                        one.view.ramps,
+                        one.rows,
+                        how,
+                    )
 
     def _spare(self, views: MovingViews, formats: tuple[Format, ...], number: int) -> ImageTarget:
         return self._target(f"swept {len(formats)} {number}", views.scene.drawn, formats)

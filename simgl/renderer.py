@@ -201,7 +201,9 @@ class Renderer:
                 for tile, points, lights in self._lit_tiles(seen, seen.tiles, by_light=True):
                     for name, radiance in zip(LIGHTS, lights, strict=True):
                         self._resolve.draw(tile, points, radiance, targets[name].framebuffer, lens)
-                    self._resolve.hide(tile, points, lights[0], background.framebuffer, lens)
+                    self._resolve.draw(
+                        tile, points, lights[0], background.framebuffer, lens, how=ResolvePass.hides
+                    )
             return {name: target.read() for name, target in targets.items()}
         finally:
             release_all(self._ctx, *targets.values())

@@ -73,9 +73,11 @@ class ResolvePass:
     A lens that distorts moves the samples: each goes to the pixel that its line of sight ends on.
     """
 
-    state = State(blend=(moderngl.ONE, ONE_MINUS_SRC1_COLOR))
-    hiding = State(blend=(moderngl.ZERO, ONE_MINUS_SRC1_COLOR))
-    adding = State(blend=(moderngl.ONE, moderngl.ONE))
+    # Over what the target holds; only what is seen of that past the tile's spacecraft; added to a
+    # first texture of radiance and a second one of the share that they cover.
+    lays = State(blend=(moderngl.ONE, ONE_MINUS_SRC1_COLOR))
+    hides = State(blend=(moderngl.ZERO, ONE_MINUS_SRC1_COLOR))
+    adds = State(blend=(moderngl.ONE, moderngl.ONE))
 
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context) -> None:
@@ -92,58 +94,22 @@ class ResolvePass:
         lens: DistortedView | None = None,
         ramps: Ramps = SHARP,
         rows: tuple[int, int] | None = None,
+        how: State = lays,
     ) -> None:
-        """Lay the tile over the radiance that the target already holds.
+        """Draw a tile into a target.
 
         points, radiance : its shading points, and their radiance
         ramps : widths in each band of those from each pixel to its neighbours [px], at most 2
         rows : first and end of those that are drawn; None for all
+        how : ``lays``, ``hides`` or ``adds``
         """
-        self._draw(self.state, tile, points, radiance, target, lens, ramps, rows)
-
-    def add_separately(
-        self,
-        tile: RasterTile,
-        points: ShadingPoints,
-        radiance: moderngl.Texture,
-        target: moderngl.Framebuffer,
-        lens: DistortedView | None = None,
-        ramps: Ramps = SHARP,
-        rows: tuple[int, int] | None = None,
-    ) -> None:
-        """Add the tile's radiance to the first texture of a target, and the share that its
-        spacecraft cover to the second."""
-        self._draw(self.adding, tile, points, radiance, target, lens, ramps, rows)
-
-    def hide(
-        self,
-        tile: RasterTile,
-        points: ShadingPoints,
-        radiance: moderngl.Texture,
-        target: moderngl.Framebuffer,
-        lens: DistortedView | None = None,
-    ) -> None:
-        """Leave of what the target holds only what is seen past the tile's spacecraft."""
-        self._draw(self.hiding, tile, points, radiance, target, lens)
-
-    def _draw(
-        self,
-        state: State,
-        tile: RasterTile,
-        points: ShadingPoints,
-        radiance: moderngl.Texture,
-        target: moderngl.Framebuffer,
-        lens: DistortedView | None,
-        ramps: Ramps = SHARP,
-        rows: tuple[int, int] | None = None,
-    ) -> None:
         groups = dict(zip(CELL_GROUPS, points.groups, strict=True))
         if tile.window is not None:
             # A cell there has no more than four samples.
             groups = {"cell_groups": groups["cell_groups"]}
         textures = groups | {"block_pages": points.block_pages, "points": radiance}
         defines = [] if tile.window is None else ["WINDOW"]
-        if state is self.adding:
+        if how is self.adds:
             defines.append("SEPARATE")
         if ramps != SHARP:
             defines.append("SOFT")
@@ -158,7 +124,7 @@ class ResolvePass:
             box, values["core"] = _box_and_core(tile, core, target, lens, soft=ramps != SHARP)
             if rows is not None:
                 box = _in_rows(box, rows)
-            state.apply(self._ctx, target, (0, 0, *target.size), box)
+            how.apply(self._ctx, target, (0, 0, *target.size), box)
             program.draw(values, list(textures.values()))
 
     def _program_for(self, defines: tuple[str, ...], samplers: list[str]) -> FullscreenProgram:
