@@ -115,14 +115,14 @@ class RenderQueue:
                 self._finish(answer, payload)
         return due
 
-    def advance(self, *, begin: bool) -> None:
-        """Pass on what the renderer answered, and give it the next work.
-
-        begin : False leaves what waits
-        """
+    def take_answers(self) -> None:
+        """Pass on what the renderer answered."""
         for answer, payload in self._renderer.answers():
             self._finish(answer, payload)
-        while begin and self._renderer.is_free and (taken := self._waiting.take()) is not None:
+
+    def begin_next(self) -> None:
+        """Give the renderer the next work if it is free."""
+        while self._renderer.is_free and (taken := self._waiting.take()) is not None:
             client, work = taken
             if (task := work.begin()) is None:
                 continue

@@ -136,7 +136,7 @@ def serve(
     queue.start()
     was_ready = False
     try:
-        while not (stopping := stop.is_set()) or queue.is_awaited:
+        while not stop.is_set() or queue.is_awaited:
             now = time.monotonic()
             due = min(queue.update(now), *(endpoint.update(now) for endpoint in endpoints))
             wait = max(min(due - now, IDLE), 0.0)
@@ -146,7 +146,9 @@ def serve(
             poller.poll(math.ceil(wait * 1000.0))
             for endpoint in endpoints:
                 endpoint.receive()
-            queue.advance(begin=not stopping)
+            queue.take_answers()
+            if not stop.is_set():
+                queue.begin_next()
             if not was_ready and queue.scene is not None:
                 was_ready = True
                 on_ready()

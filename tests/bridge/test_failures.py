@@ -23,7 +23,7 @@ from simgl_bridge import BodyPose, Client, NoAnswerError, RemoteError, Shot, lau
 from simgl_bridge.framing import pack
 from simgl_bridge.messages import Render
 
-from simgl import Scenario
+from simgl import Capture, Scenario
 from simgl.errors import BridgeError
 from simgl.gpu.context import current
 from tests.bridge.harness import Gate, RawLink, Running, free_address, header_of, server_script
@@ -170,6 +170,33 @@ def test_sigterm_finishes_the_frame_in_hand_and_says_bye(
     for link in (busy, idle):
         assert header_of(link.receive()) == {"type": "bye", "boot": boot}
     assert running.simulator.captured == 1
+
+
+def test_no_frame_begins_after_a_stop_at_the_end_of_another(
+    start_server: Starter,
+    scenario: Scenario,
+    connect: Connect,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    running = start_server(scenario)
+    simulator = running.simulator
+    capture = simulator.capture
+
+    def capture_and_stop(*arguments: Any, **options: Any) -> Capture:
+        taken = capture(*arguments, **options)
+        running.stop.set()
+        return taken
+
+    monkeypatch.setattr(simulator, "capture", capture_and_stop)
+    simulator.hook = gate = Gate()
+    busy = connect(running)
+    busy.send(render(scenario, 1))
+    gate.wait()
+    busy.send(render(scenario, 2))
+    gate.open()
+    assert header_of(busy.receive())["type"] == "images"
+    assert header_of(busy.receive())["type"] == "bye"
+    assert simulator.captured == 1
 
 
 def test_a_goodbye_ends_the_wait_at_once(
