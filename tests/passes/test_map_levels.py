@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import resource
+
 import moderngl
 import numpy as np
 import pytest
 
 from simgl.arrays import Image8
-from simgl.gpu.context import temporary_context
-from simgl.passes.background.map_levels import level_texture, map_levels, map_texture
+from simgl.gpu.context import is_software, temporary_context
+from simgl.passes.background.map_levels import level_texture, map_levels, map_texture, size_of
 from tests.gpu.osmesa import needs_osmesa
 
 FULL = """
@@ -71,3 +73,15 @@ def test_a_shader_reads_the_levels_that_were_given(backend: str) -> None:
         assert ctx.error == "GL_NO_ERROR"
         texture.release()
         alone.release()
+
+
+def test_a_software_renderer_takes_the_memory_of_a_map_once() -> None:
+    levels = map_levels(np.zeros((2048, 4096, 4), dtype=np.uint8))
+    with temporary_context("egl") as ctx:
+        if not is_software(ctx):
+            pytest.skip("a graphics card has memory of its own")
+        before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+        texture = map_texture(ctx, levels)
+        pages = resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before
+        texture.release()
+    assert pages * resource.getpagesize() < 1.5 * size_of(levels)
