@@ -113,7 +113,7 @@ def test_tiles_leave_out_only_what_none_of_their_pixels_shows(
     np.testing.assert_allclose(known, unknown, rtol=1e-5)
 
 
-@pytest.mark.parametrize(("place", "cover"), [((5.0, 45.0), 0.0), ((35.26, 45.0), 0.4)])
+@pytest.mark.parametrize(("place", "cover"), [((5.0, 45.0), 0.0), ((35.26, 45.0), 0.6)])
 def test_so_do_tiles_at_an_edge_and_a_corner_of_the_noises_cube(
     gl: moderngl.Context,
     monkeypatch: pytest.MonkeyPatch,
