@@ -279,7 +279,8 @@ Place place_through(AirRay air, Place place) {
     place.sky = mix(place.diffuse / PI, mirrored * air.to_ground, exp(-camera_height / SAME_SKY_KM));
 #endif
 #ifdef TOWERS
-    AirRay over = layer_km > cloud_km ? air_before_at(air, layer_km, layer_mu) : air_before(air, cloud_km);
+    float mu_layer = layer_km > cloud_km ? layer_mu : mu_at(cloud_km, air.mu_ground, 0.0);
+    AirRay over = air_before_at(air, max(layer_km, cloud_km), mu_layer);
 #else
     AirRay over = air_before(air, cloud_km);
 #endif
