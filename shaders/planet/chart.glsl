@@ -59,12 +59,22 @@ float chart_level(float spanned) {
 #endif
 }
 
-// What a chart says, each of variance 1 where `level` is 0: halvings of the image.
-vec4 chart_at(sampler2D image, vec2 place, float level) {
+vec4 chart_codes(sampler2D image, vec2 place, float level) {
 #ifdef EVEN
     level = 0.0;
 #endif
-    return (textureLod(image, place, level) - 0.5) * CHART_RANGE;
+    return textureLod(image, place, level);
+}
+
+// What a chart says, each of variance 1 where `level` is 0: halvings of the image.
+vec4 chart_at(sampler2D image, vec2 place, float level) {
+    return chart_codes(image, place, level) * CHART_RANGE - 0.5 * CHART_RANGE;
+}
+
+// Of that a mix.
+float chart_mix_at(sampler2D image, vec2 place, float level, vec4 weights) {
+    return dot(chart_codes(image, place, level), weights) * CHART_RANGE
+         - dot(weights, vec4(0.5 * CHART_RANGE));
 }
 
 // What two faces have of the noise where their axes are so near, as far as no third one has any: they

@@ -14,13 +14,14 @@ float cloud_reflectance(float tau, float mu) {
     float scaled = SCALED_TAU * tau;
     float g1 = 0.75 * (1.0 - SCALED_G);
     float g3 = 0.5 - 0.75 * SCALED_G * mu;
-    return (g1 * scaled + (g3 - g1 * mu) * (1.0 - exp(-scaled / mu))) / (1.0 + g1 * scaled);
+    return (g1 * scaled + (g3 - g1 * mu) * (1.0 - exp(-scaled / mu))) * (1.0 / (1.0 + g1 * scaled));
 }
 
 // The same for light from all sides: the two-stream limit.
 float cloud_diffuse_reflectance(float tau) {
-    float g1_scaled = 0.75 * (1.0 - SCALED_G) * SCALED_TAU * tau;
-    return g1_scaled / (1.0 + g1_scaled);
+    float scaled = SCALED_TAU * tau;
+    float g1 = 0.75 * (1.0 - SCALED_G);
+    return g1 * scaled * (1.0 / (1.0 + g1 * scaled));
 }
 
 // Share of a standard normal variable below x, within 2e-4 (Page 1977).
@@ -58,13 +59,13 @@ struct Broken {
 
 Broken broken_up(float share, float resolved, float softness) {
     float x = clamp(share, 0.002, 0.998), quantile = normal_quantile(x);
-    float soft2 = softness * softness;
+    float soft2 = softness * softness, spread = sqrt(1.0 + soft2);
     Broken cloud;
     cloud.steepness = inversesqrt(1.0 - resolved + soft2);
-    cloud.level = quantile * sqrt(1.0 + soft2) * cloud.steepness;
+    cloud.level = quantile * spread * cloud.steepness;
     // No cloud of the clamped quantile where there is none: a share is at least a code of the map.
     cloud.largest = min(255.0 * share, 1.0);
-    cloud.mean = resolved * 0.39894 * exp(-0.5 * quantile * quantile) * inversesqrt(1.0 + soft2) / x;
+    cloud.mean = resolved * 0.39894 * exp(-0.5 * quantile * quantile) / (x * spread);
     return cloud;
 }
 
@@ -74,9 +75,10 @@ float cloud_cover(Broken cloud, float seen) {
 }
 
 // Of values at the codes 0, 1/3, 2/3 and 1, the one at a code.
-float cloud_shape(vec4 at_codes, float code) {
-    vec3 rise = at_codes.yzw - at_codes.xyz;
-    return at_codes.x + dot(rise, clamp(3.0 * code - vec3(0.0, 1.0, 2.0), 0.0, 1.0));
+//
+// first_and_rises : the first value, and by how much each of the others is higher than the one before
+float cloud_shape(vec4 first_and_rises, float code) {
+    return first_and_rises.x + dot(first_and_rises.yzw, clamp(3.0 * code - vec3(0.0, 1.0, 2.0), 0.0, 1.0));
 }
 
 // How far clouds stand above the layer, by share and code of the thickness: from a thickness of 13 on, and 1 at

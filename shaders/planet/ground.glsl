@@ -109,8 +109,8 @@ Clouds clouds_at(Place here) {
     clouds.overhang = 0.2 / (0.2 + cosine_on_clouds(here)) * max(2.0 * weather.x - 1.0, 0.0);
     // Over the way to there the Sun's light falls by the layer's height, and what rises by that has twice
     // the light of level ground; what falls by it has none. Decks and cumulus have no towers.
-    float rise = tower_km * (tower_height(weather.xy) - tower_height(shading.xy));
-    clouds.sides = shares.w * clamp(rise / max(cloud_km, 1.0), -0.8, 0.8);
+    float rise = tower_height(weather.xy) - tower_height(shading.xy);
+    clouds.sides = shares.w * clamp(rise * (tower_km / max(cloud_km, 1.0)), -0.8, 0.8);
     clouds.reflected = cloud_reflectance(thickness, cosine_on_clouds(here));
     clouds.around = clouds_below * weather.x * clouds.reflected;
     clouds.back = cloud_diffuse_reflectance(thickness);
@@ -251,7 +251,9 @@ Place with_land_around(Place here) {
     vec3 kind = kind_at(here.ground.on_map, level);
     land = with_snow(land, growth_of(land, kind), kind, here.ground.on_map, 0.0, 0.0);
 #endif
-    here.gain = by_air(land);
+    vec4 gain = by_air(land) / PI;
+    here.land_direct = here.direct * gain;
+    here.land_diffuse = here.diffuse * gain;
     here.land_aloft = here.aloft * brighter(land);
     here.around = land;
     return here;
@@ -294,9 +296,9 @@ Land land_at(Place here) {
     vec3 kind = kind_at(frayed, level);
     float growth = growth_of(land, kind);
     // Valleys and dry beds run where a slope turns; their mean darkness is taken off.
-    float bed = max(1.0 - 3.0 * abs(along.x) * inversesqrt(max(resolved_hills, 1e-3)), 0.0) - BED_MEAN;
-    land *= 1.0 - 0.19 * resolved_hills * bed + grain * (0.06 + growth * BY_GRAIN)
-                + hills.x * growth * BY_SLOPE;
+    float bed = max(1.0 - here.bed_steepness * abs(along.x), 0.0) - BED_MEAN;
+    land *= 1.0 - 0.19 * resolved_hills * bed + 0.06 * grain
+          + (grain * growth) * BY_GRAIN + (hills.x * growth) * BY_SLOPE;
 #ifdef FROST
     land = with_snow(land, growth, kind, here.ground.on_map, length(slope),
                      noise_at(cloud_chart, here.ground, here.levels.y).w);
@@ -349,10 +351,11 @@ vec4 surface_light(Place here, Sea sea, Shade shade) {
 #else
     Land land = land_at(here);
     vec4 below = by_clouds(here.around, shade);
-    vec4 light = land.reflectance / PI * here.gain * (here.direct * land.lit + here.diffuse) * below;
+    vec4 light = land.reflectance * (here.land_direct * land.lit + here.land_diffuse);
 #ifdef LAND
-    light += here.land_aloft * below;
+    light = (light + here.land_aloft) * below;
 #else
+    light *= below;
     float across_km = clamp(here.footprint, 0.4, LARGEST_SHORE_KM);
     light = mix(light, water, clamp(0.5 + land.shore_km / across_km, 0.0, 1.0))
           + clamp(0.5 - land.shore_km / AROUND_KM, 0.0, 1.0) * below * here.land_aloft;
@@ -373,24 +376,27 @@ Sight through_clouds(Place here, Clouds clouds, Shade shade, vec4 below, float o
     float noise = clouds_noise(here.cloud, halvings, clouds.kinds);
     float cover = clouds_below * cloud_cover(clouds.seen, noise);
     float relief = 0.35 * (noise - clouds.seen.mean) + clouds.overhang * (noise - shade.noise);
-    vec4 layer = (here.white + here.sunny * max((1.0 - reflected) * relief + clouds.sides, -1.0))
-               * (cover * reflected * clouds.shape);
-#ifdef BANDS
-    layer *= clouds.darkened;
-#endif
-    float past = 1.0 - cover * clouds.back;
+    float facing = max((1.0 - reflected) * relief + clouds.sides, -1.0);
+    float bright = cover * reflected * clouds.shape, past = 1.0 - cover * clouds.back;
 #ifndef NO_HIGH_CLOUD
     float high_tau = clouds.high_tau * fibres(here.cloud, halvings, here.resolved.y);
     // Thin ice clouds reflect tau / (tau + 7.7 mu): the two-stream limit (1 - g) tau / 2 for an
     // asymmetry g of 0.74.
-    float high = high_tau / (high_tau + 7.7 * cosine_on_clouds(here));
-    float past_high = (1.0 - high) * (1.0 - high_tau / (high_tau + 7.7));
-#ifdef BANDS
-    layer = here.white_high * ice_cloud * high + layer * past_high;
-#else
-    layer = here.white * high + layer * past_high;
-#endif
+    float diffuse_high = high_tau + 7.7, slanted = 7.7 * cosine_on_clouds(here), direct_high = high_tau + slanted;
+    float over_both = 1.0 / (diffuse_high * direct_high);
+    float high = high_tau * diffuse_high * over_both, past_high = 7.7 * slanted * over_both;
+    bright *= past_high;
     past *= past_high;
+#else
+    float high = 0.0;
+#endif
+#ifdef BANDS
+    vec4 layer = (here.white * bright + here.sunny * (bright * facing)) * clouds.darkened;
+#ifndef NO_HIGH_CLOUD
+    layer += here.white_high * ice_cloud * high;
+#endif
+#else
+    vec4 layer = here.white * (bright + high) + here.sunny * (bright * facing);
 #endif
     // Air above scatters the light of a bright deck, too; the air beneath has what light comes through.
     layer += max(clouds.around - mean_ground, 0.0) * here.aloft_high;

@@ -44,20 +44,22 @@ const float LONG_EDGE = 0.9;
 // beneath   : radiance that the air between ground and clouds adds [W m-2 sr-1]
 // aloft     : what the air would scatter towards the camera of the light of white ground [W m-2 sr-1]
 // aloft_high : the same above a white layer at the height of the clouds
-// gain, land_aloft, around : of land over tens of kilometres, over which air and clouds mix what it sends up:
-//             the light that it gets with what the air sends back, over that of ground of the Earth's
-//             mean; what the air scatters of its light beyond that of such ground; its reflectance
+// land_direct, land_diffuse, land_aloft, around : of land over tens of kilometres, over which air and clouds
+//             mix what it sends up: direct and diffuse over pi with what the air sends back, over that of ground
+//             of the Earth's mean; what the air scatters of its light beyond that of such ground; its reflectance
 // sky       : radiance of the sky that level waves mirror (AIR_INSIDE; elsewhere the sky's mean)
 // ground, cloud, shade : the spot seen, where the ray meets the clouds, where the Sun's light does
 // turn      : of the chart's axes from east and north: cosine, sine
 // mu_sun    : sine of the Sun's height
 // wind      : over the sea, over its mean
-// cloud_shape : reflectance of clouds towards the camera over their mean, by thickness (cloud_shape_at)
+// cloud_shape : reflectance of clouds towards the camera over their mean: of the thinnest, and by how much
+//             each thicker kind has more (cloud_shape_at)
 // level_sun : horizontal part of its direction, to east and north
 // fray      : on the maps, of a way across and along a meridian by which hills fray them
 // levels    : halvings of the finest map and of the chart that a pixel spans; of the map less than none
 //             where a pixel is smaller than its texels
 // resolved  : variance of hills' slopes and of ice fibres that it resolves
+// bed_steepness : over hills' slopes from the beds of valleys up to where the ground is even
 // resolved_clouds : of the kinds of cloud
 struct Place {
     vec3 normal;
@@ -77,7 +79,8 @@ struct Place {
     vec4 aloft;
     vec4 aloft_high;
 #ifndef SEA
-    vec4 gain;
+    vec4 land_direct;
+    vec4 land_diffuse;
     vec4 land_aloft;
     vec4 around;
 #endif
@@ -98,6 +101,7 @@ struct Place {
     vec2 fray;
     vec2 levels;
     vec2 resolved;
+    float bed_steepness;
     vec4 resolved_clouds;
 #endif
 };
@@ -190,6 +194,7 @@ Place place_at(vec3 d, float t, float cloud_t, float slant) {
     place.levels = log2(texels);
     place.levels.y = chart_level(max(place.levels.y + max(log2(LONG_EDGE * inversesqrt(slant)), 0.0), 0.0));
     place.resolved = chart_variance[int(place.levels.y)].xy;
+    place.bed_steepness = 3.0 * inversesqrt(max(place.resolved.x, 1e-3));
     place.resolved_clouds = cloud_variance[int(place.levels.y)];
     Daylight high = air_daylight_at(layer_km, mu_sun);
 #ifdef NIGHT
@@ -207,7 +212,8 @@ Place place_at(vec3 d, float t, float cloud_t, float slant) {
 #else
     float from_sun = sunlight.g / max(sunlight.g + high.diffuse.g, 1e-20);
 #endif
-    place.cloud_shape = mix(vec4(1.0), cloud_shape_at(n, place.view), from_sun);
+    vec4 shape = mix(vec4(1.0), cloud_shape_at(n, place.view), from_sun);
+    place.cloud_shape = vec4(shape.x, shape.yzw - shape.xyz);
     place.beneath = vec4(0.0);
     place.aloft = vec4(0.0);
     place.aloft_high = vec4(0.0);
@@ -273,7 +279,8 @@ Place place_through(AirRay air, Place place) {
     place.sky = mix(place.diffuse / PI, mirrored * air.to_ground, exp(-camera_height / SAME_SKY_KM));
 #endif
 #ifdef TOWERS
-    AirRay over = layer_km > cloud_km ? air_before_at(air, layer_km, layer_mu) : air_before(air, cloud_km);
+    float mu_layer = layer_km > cloud_km ? layer_mu : mu_at(cloud_km, air.mu_ground, 0.0);
+    AirRay over = air_before_at(air, max(layer_km, cloud_km), mu_layer);
 #else
     AirRay over = air_before(air, cloud_km);
 #endif

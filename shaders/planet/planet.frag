@@ -36,14 +36,12 @@ void main() {
     float cloud_t = clouds_t(ray, to_clouds);
 #ifdef TOWERS
     layer_km = cloud_km;
-    if (clouds_below > 0.0 && od < 0.0 && on_clouds < 1.0) {
-        Tower tower = tower_before(ray);
-        if (tower.covers > on_clouds) {
-            on_clouds = tower.covers;
-            cloud_t = tower.t;
-            layer_km = tower.height;
-            layer_mu = max(-(od + tower.t * dd) * inversesqrt(dd), 0.0);
-        }
+    Tower tower = tower_before(ray, clouds_below > 0.0 && od < 0.0 && on_clouds < 1.0);
+    if (tower.covers > on_clouds) {
+        on_clouds = tower.covers;
+        cloud_t = tower.t;
+        layer_km = tower.height;
+        layer_mu = max(-(od + tower.t * dd) * inversesqrt(dd), 0.0);
     }
 #endif
 #else

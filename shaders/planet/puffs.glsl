@@ -73,7 +73,16 @@ vec4 cloud_kinds(float code) {
 
 // The noise of a mix at a spot.
 float clouds_noise(Spot spot, float level, vec4 kinds) {
-    return dot(noise_at(cloud_chart, spot, level), kinds);
+#ifdef FAR
+    return 0.0;
+#elif defined(ONE_FACE)
+    return chart_mix_at(cloud_chart, spot.on_chart, level, kinds);
+#elif defined(TWO_FACES)
+    return dot(chart_weights(spot.nearness), vec2(chart_mix_at(cloud_chart, spot.on_charts.xy, level, kinds),
+                                                  chart_mix_at(cloud_chart, spot.on_charts.zw, level, kinds)));
+#else
+    return dot(chart_about(cloud_chart, spot.up, level), kinds);
+#endif
 }
 
 // Thickness of high cloud at a spot over its mean, which is 1.

@@ -14,16 +14,17 @@ struct Tower {
     float height;
 };
 
-Tower tower_before(Ray ray) {
+// wanted : of the ray; where no ray of a block is wanted, software renderers leave out most of the work
+Tower tower_before(Ray ray, bool wanted) {
     float nearest = -ray.od / ray.dd;
     float lowest = -0.5 * planet_km * ray.discriminant / ray.dd;
     float rises = cloud_km + tower_km - lowest;
     Tower tower = Tower(0.0, nearest, lowest);
-    if (tower_km <= 0.0 || rises <= 0.0) return tower;
-    float reach = sqrt(2.0 * rises / (planet_km * ray.dd));
+    int looks = wanted && tower_km > 0.0 && rises > 0.0 ? TOWER_LOOKS : 0;
+    float reach = sqrt(2.0 * max(rises, 0.0) / (planet_km * ray.dd));
     float pixel_km = planet_km * nearest / intrinsics.x;
     float level = log2(pixel_km / map_texel_km) - weather_halvings;
-    for (int k = 1; k <= TOWER_LOOKS; ++k) {
+    for (int k = 1; k <= looks && tower.covers < 1.0; ++k) {
         float way = 1.0 - float(k) / float(TOWER_LOOKS), t = nearest - way * reach;
         vec3 n = normalize((camera_in_sphere.xyz + t * ray.d) * sphere_axes.xyz);
         vec2 weather = textureLod(weather_map, place_on_map(n), level).xy;
