@@ -15,8 +15,9 @@ All are equirectangular, 180 deg W to E, north up.
 - ``shore.png``: distance to the shore, 6 steps a kilometre, 128 on it and more on water; sea from
   the GLOBE model (global-land-mask), lakes and rivers of Natural Earth.
 - ``relief_east.png``, ``relief_north.png``: slopes to the east and to the north, 128 is level; the
-  square root of the slope is kept, 1 / 120 a step. Heights of NOAA's ETOPO5 beyond 60 km; what is finer is read
-  from a shaded relief (Tom Patterson, from SRTM) whose shades follow the slope towards its light.
+  square root of the slope is kept, 1 / 120 a step. Heights of NOAA's ETOPO5 beyond 60 km; what is
+  finer is read from a shaded relief (Tom Patterson, from SRTM) whose shades follow the slope
+  towards its light.
 - ``night.jpg``: NASA's picture of city lights (DMSP) as it is, one channel.
 """
 
