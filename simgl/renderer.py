@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 
@@ -134,15 +134,24 @@ class Renderer:
         earth: Earth | None = None,
         joint_light: JointLight = "exact",
         progress: ProgressCallback | None = None,
+        meanwhile: Callable[[], None] | None = None,
     ) -> None:
         """Trace how the surfaces of models see each other, and make the tables of the Earth's air
-        and the Earth's maps, so that no frame waits for it."""
+        and the Earth's maps, so that no frame waits for it.
+
+        meanwhile : called where something has to be traced, once all else is made
+        """
+        models = tuple(models)
+        to_trace = self._transports.to_trace(models, joint_light)
         with side_work(partial(self._transports.prepare, models, joint_light), progress):
             if earth is not None:
                 begin_stage(progress, "tables of the air")
                 self._air.prepare(earth, progress)
                 self._planet.prepare(earth, progress)
                 self._probes.prepare()
+            if to_trace and meanwhile is not None:
+                begin_stage(progress, "compiling shaders of the first image")
+                meanwhile()
 
     def radiance(self, view: FrameView) -> ImageTarget:
         """Radiance per band [W m-2 sr-1], RGBA32F; valid until the next call at this size."""

@@ -14,6 +14,7 @@ import numpy as np
 from simgl.camera.camera import Camera
 from simgl.camera_pipeline import CameraPipeline
 from simgl.errors import ConfigError, did_you_mean
+from simgl.first_image import prepare_first_image
 from simgl.flash_lidar import lidar_frame
 from simgl.gpu.context import close_context, current, open_context, preserve_current
 from simgl.gpu.release import freed_on_error
@@ -108,8 +109,7 @@ class Simulator:
                     self._check_size(camera)
                 self._camera_pipeline = CameraPipeline(self._ctx, self._renderer.timer)
                 release.callback(self._camera_pipeline.release)
-                models = scenario.models_at_epoch() if scenario.inter_reflection else ()
-                self._renderer.prepare(models, scenario.earth, scenario.joint_light, progress)
+                prepare_first_image(self._renderer, scenario, progress)
                 release.pop_all()
             undo.pop_all()
         self.skies = SpacecraftSkies(self._renderer, self._ctx)

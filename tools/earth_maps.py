@@ -12,11 +12,12 @@ All are equirectangular, 180 deg W to E, north up.
 - ``land_rgb.jpg``, ``land_nir.jpg``: square roots of band reflectances, from NASA's Blue Marble at
   its own resolution; under water the nearest land goes on, so that the sharper shore decides where
   land ends.
-- ``shore.webp``: distance to the shore, 6 steps a kilometre, 128 on it and more on water; sea from
+- ``shore.png``: distance to the shore, 6 steps a kilometre, 128 on it and more on water; sea from
   the GLOBE model (global-land-mask), lakes and rivers of Natural Earth.
-- ``relief.webp``: slopes to the east (red) and to the north (green), 128 is level; the square root
-  of the slope is kept, 1 / 120 a step. Heights of NOAA's ETOPO5 beyond 60 km; what is finer is read
-  from a shaded relief (Tom Patterson, from SRTM) whose shades follow the slope towards its light.
+- ``relief_east.png``, ``relief_north.png``: slopes to the east and to the north, 128 is level; the
+  square root of the slope is kept, 1 / 120 a step. Heights of NOAA's ETOPO5 beyond 60 km; what is
+  finer is read from a shaded relief (Tom Patterson, from SRTM) whose shades follow the slope
+  towards its light.
 - ``night.jpg``: NASA's picture of city lights (DMSP) as it is, one channel.
 """
 
@@ -33,7 +34,7 @@ from scipy.fft import fftfreq, irfft2, rfft2, rfftfreq
 from scipy.io import netcdf_file
 from scipy.ndimage import distance_transform_edt, gaussian_filter, map_coordinates
 
-from simgl.arrays import Array32, Mask
+from simgl.arrays import Array32, Image8, Mask
 from simgl.physics.land_reflectance import near_infrared, reflectance_from_display
 
 # Of relief, of shores, and of the land's colours.
@@ -246,6 +247,12 @@ def _land(is_land: Mask) -> Array32:
     return np.where(is_land[..., None], rgb, smooth)
 
 
+def _write(codes: Image8, path: Path) -> None:
+    """One channel without loss; a PNG is decoded in a third of the time of a WebP, whose lossless
+    kind has three channels."""
+    Image.fromarray(codes).save(path, compress_level=9)
+
+
 def make(packages: Path, folder: Path) -> None:
     """Write all maps; ``packages`` holds two unpacked Debian packages and Natural Earth."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -254,7 +261,7 @@ def make(packages: Path, folder: Path) -> None:
         image.convert("L").save(folder / "night.jpg", quality=90)
     distance = shore(water(packages))
     code = np.clip(np.round(128.0 + STEPS_PER_KM * distance), 0, 255).astype(np.uint8)
-    Image.fromarray(code).save(folder / "shore.webp", lossless=True, method=4)
+    _write(code, folder / "shore.png")
     coarse = Image.fromarray(distance).resize((WIDTH, HEIGHT), Image.Resampling.BOX)
     inland = -np.asarray(coarse)
     slope = slopes(heights(packages / "usr/share/ferret-vis/data/etopo5.cdf", inland > 0.0))
@@ -262,9 +269,8 @@ def make(packages: Path, folder: Path) -> None:
     slope *= np.clip(inland / _LEVEL_SHORE_KM, 0.0, 1.0)[..., None]
     root = np.sign(slope) * np.sqrt(np.abs(slope))
     code = np.clip(np.round(128.0 + STEPS_PER_ROOT_SLOPE * root), 0, 255).astype(np.uint8)
-    level = np.full((HEIGHT, WIDTH, 1), 128, dtype=np.uint8)
-    relief = Image.fromarray(np.concatenate([code, level], axis=-1))
-    relief.save(folder / "relief.webp", lossless=True, method=4)
+    for way, channel in zip(("east", "north"), np.moveaxis(code, -1, 0), strict=True):
+        _write(channel, folder / f"relief_{way}.png")
     small = Image.fromarray(distance).resize(LAND_SIZE, Image.Resampling.BOX)
     rgb = _land(np.asarray(small) < -3.0)
     for name, reflectance in (("land_rgb.jpg", rgb), ("land_nir.jpg", near_infrared(rgb))):

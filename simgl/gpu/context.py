@@ -19,6 +19,7 @@ import moderngl
 
 from simgl.errors import ContextError
 from simgl.gpu.driver_cache import protect_driver_cache
+from simgl.gpu.held_signals import signals_held
 from simgl.gpu.osmesa import OSMesaContext
 from simgl.gpu.window_systems import Binding, current_binding, find_loaded
 
@@ -133,7 +134,9 @@ def open_context(backend: str = "auto", device_index: int = 0) -> moderngl.Conte
         # No window system takes a thread over from another one.
         before.release()
     try:
-        ctx = _open(backend, device_index)
+        # OSMesa's functions are looked up by Python.
+        with signals_held():
+            ctx = _open(backend, device_index)
     except ContextError:
         _restore(before)
         raise

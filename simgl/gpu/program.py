@@ -9,12 +9,14 @@ import moderngl
 from simgl import assets
 from simgl.errors import ShaderError
 from simgl.gpu.glsl import Stage, assemble
+from simgl.gpu.held_signals import signals_held
 from simgl.gpu.uniform_blocks import Block
 
 
 def _compile(ctx: moderngl.Context, vertex: Stage, fragment: Stage) -> moderngl.Program:
     try:
-        return ctx.program(vertex_shader=vertex.text, fragment_shader=fragment.text)
+        with signals_held():
+            return ctx.program(vertex_shader=vertex.text, fragment_shader=fragment.text)
     except moderngl.Error as error:
         log = str(error)
         # moderngl names the failed stage in the log's head, above a line of "=".

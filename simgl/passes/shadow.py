@@ -21,6 +21,9 @@ from simgl.view.shadow_views import CELL, REACHES, ShadowMap, ShadowView
 # Of the maps that are cached: a close view's and those of the Sun's next direction, 300 MB each. An
 # image of more spacecraft caches as many as it needs.
 MAX_BYTES = 640 << 20
+# Of textures that no maps hold any more, for the next maps of these sizes: those of an image have
+# several, and fresh memory has to be cleared.
+_UNUSED_BYTES = MAX_BYTES // 4
 # More cameras than this seldom share a state: maps that were asked for more often outlast it.
 _LASTING = 4
 # Columns beside the maps, whose edges are powers of two: without them all rows of a texture would
@@ -158,15 +161,15 @@ class ShadowPass:
         return self._atlases.get(_key(maps), lambda: self._free_atlas(maps), _atlas_bytes(maps))
 
     def _free_atlas(self, maps: Sequence[ShadowMap]) -> _ShadowAtlas:
-        """A new one, or an unused one of these sizes."""
+        """A new one, or an unused one of these sizes; the last of the others stay."""
         sizes = tuple(one.size for one in maps)
         for atlas in self._unused:
             if atlas.sizes == sizes:
                 self._unused.remove(atlas)
                 atlas.hold(_key(maps))
                 return atlas
-        release_all(self._ctx, *self._unused)
-        self._unused.clear()
+        while sum(atlas.nbytes for atlas in self._unused) > _UNUSED_BYTES:
+            release_all(self._ctx, self._unused.pop(0))
         return _ShadowAtlas(self._ctx, maps)
 
     def _draw_towards_sun(self, maps: Sequence[ShadowMap], atlas: _ShadowAtlas) -> None:
@@ -291,6 +294,7 @@ class _ShadowAtlas:
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context, maps: Sequence[ShadowMap]) -> None:
         self.hold(_key(maps))
+        self.nbytes = _atlas_bytes(maps)
         self.sizes = sizes = tuple(one.size for one in maps)
         depths = ctx.depth_texture((sum(sizes) + _SPARE, 2 * max(sizes)))
         behind = ctx.depth_texture((sum(sizes) + _SPARE, max(sizes)))

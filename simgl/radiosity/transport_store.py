@@ -102,6 +102,10 @@ class TransportStore:
             if joint_light == "quick" and model.joints:
                 self._jointed_of(model, progress).trace(_coarse_values(model))
 
+    def to_trace(self, models: Iterable[SpacecraftModel], joint_light: JointLight) -> bool:
+        """Whether ``prepare`` has to trace rays for any of these: no file has what it needs."""
+        return any(_to_trace(model, joint_light) for model in models)
+
     def untraced_pairs(self, model: SpacecraftModel) -> int:
         """How many pairs of groups ``of`` would trace for quick light at the model's pose."""
         return self._jointed_of(model, None).untraced(_coarse_values(model))
@@ -135,6 +139,15 @@ def _coarse(model: SpacecraftModel, joint_light: JointLight) -> SpacecraftModel:
     return model.coarsely_posed(STEPS[joint_light], near_stay=joint_light == "exact")
 
 
+def _to_trace(model: SpacecraftModel, joint_light: JointLight) -> bool:
+    if joint_light == "quick" and model.joints:
+        return not _jointed_path(model.mesh, model.joints, model.open_sheets).is_file()
+    mesh = _coarse(model, joint_light).posed_mesh.baked()
+    if _path(mesh, model.open_sheets).is_file():
+        return False
+    return sees_itself(mesh, 2 if model.open_sheets else 1)
+
+
 def _coarse_values(model: SpacecraftModel) -> tuple[float, ...]:
     """Of its joints, with quick light [rad] or [m]."""
     return _coarse(model, "quick").angles or (0.0,) * len(model.joints)
@@ -152,9 +165,7 @@ def jointed_transport_of(
 
     mesh : as stored
     """
-    groups = hashlib.sha256(groups_of_parts(mesh, joints).tobytes()).hexdigest()
-    key = _key(mesh, open_sheets, settings, groups)
-    path = cache_folder("transport") / f"{key}.npz"
+    path = _jointed_path(mesh, joints, open_sheets, settings)
     transport = _read(path, lambda data: _unpacked_jointed(data, joints))
     if transport is None:
         transport = bake_jointed(
@@ -178,7 +189,7 @@ def transport_of(
     """
     if not sees_itself(mesh, 2 if open_sheets else 1):
         return None
-    path = cache_folder("transport") / f"{_key(mesh, open_sheets, settings)}.npz"
+    path = _path(mesh, open_sheets, settings)
     transport = _read(path, _unpacked)
     if transport is None:
         transport = bake(mesh, open_sheets=open_sheets, settings=settings, progress=progress)
@@ -187,9 +198,21 @@ def transport_of(
     return transport
 
 
-def _key(mesh: Mesh, open_sheets: bool, settings: BakeSettings, groups: str = "") -> str:
+def _jointed_path(
+    mesh: Mesh,
+    joints: tuple[Joint, ...],
+    open_sheets: bool,
+    settings: BakeSettings = BakeSettings(),
+) -> Path:
+    groups = hashlib.sha256(groups_of_parts(mesh, joints).tobytes()).hexdigest()
+    return _path(mesh, open_sheets, settings, groups)
+
+
+def _path(
+    mesh: Mesh, open_sheets: bool, settings: BakeSettings = BakeSettings(), groups: str = ""
+) -> Path:
     content = f"{VERSION} {mesh.digest} {open_sheets} {astuple(settings)}{groups}"
-    return hashlib.sha256(content.encode()).hexdigest()
+    return cache_folder("transport") / f"{hashlib.sha256(content.encode()).hexdigest()}.npz"
 
 
 def _read(path: Path, unpack: Callable[[dict[str, Any]], _Bake]) -> _Bake | None:

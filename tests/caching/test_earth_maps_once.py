@@ -124,8 +124,9 @@ def test_a_changed_shader_draws_the_weather_again(
     ("changed", "computed"),
     [
         ("land_nir.jpg", ["make_land_map", *WEATHER]),
-        ("shore.webp", ["make_shore_map", "make_shores", *WEATHER]),
-        ("relief.webp", ["make_form_map"]),
+        ("shore.png", ["make_shore_map", "make_shores", *WEATHER]),
+        ("relief_east.png", ["make_form_map"]),
+        ("relief_north.png", ["make_form_map"]),
         ("night.jpg", ["make_lamp_map"]),
     ],
 )

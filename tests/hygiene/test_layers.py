@@ -39,7 +39,7 @@ LAYERS = (
     ("passes",),
     ("exposure_renderer", "sky_renderer", "thermal_renderer"),
     ("camera_pipeline", "renderer"),
-    ("spacecraft_skies", "still_scene"),
+    ("first_image", "spacecraft_skies", "still_scene"),
     ("thermal_frames",),
     ("simulator",),
     ("cli_progress", "output", "workers"),

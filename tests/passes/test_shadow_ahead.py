@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
@@ -13,8 +13,8 @@ import pytest
 
 from simgl.passes.mesh_store import MeshStore
 from simgl.passes.outline_program import OutlineProgram
-from simgl.passes.shadow import MAX_BYTES, ShadowPass, _atlas_bytes
-from simgl.view.shadow_views import SIZES, ShadowView
+from simgl.passes.shadow import MAX_BYTES, ShadowPass, _atlas_bytes, _ShadowAtlas
+from simgl.view.shadow_views import SIZES, ShadowMap, ShadowView
 from tests.passes.shadow_scenes import sun_shadow
 from tests.scenes import lambert, scene
 
@@ -133,3 +133,28 @@ def test_the_textures_of_maps_that_are_asked_for_in_turn_stay_theirs(gl: moderng
             for view in first, second:
                 frame(one, view)
         assert [one.cast([view])[0][0].glo for view in (first, second)] == before
+
+
+def test_textures_of_several_sizes_are_drawn_into_again(
+    gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Images far apart in time, each of maps of two sizes under a Sun of its own."""
+    made = []
+
+    class Counted(_ShadowAtlas):
+        def __init__(self, ctx: moderngl.Context, maps: Sequence[ShadowMap]) -> None:
+            super().__init__(ctx, maps)
+            made.append(self.sizes)
+
+    def maps_of(step: int) -> tuple[ShadowView, ShadowView]:
+        view = view_under((0.47 + step) * STEP)
+        return view, replace(view, wide=replace(view.wide, size=SIZES[0], key=b"%d" % step))
+
+    monkeypatch.setattr("simgl.passes.shadow._ShadowAtlas", Counted)
+    of_image = sum(_atlas_bytes(view.maps) for view in maps_of(0))
+    monkeypatch.setattr("simgl.passes.shadow.MAX_BYTES", 3 * of_image - 1)
+    with shadows(gl) as one:
+        for step in range(9):
+            one.cast(maps_of(step))
+    # Of the third image the second maps evict larger ones, which the fourth takes over.
+    assert len(made) <= 6

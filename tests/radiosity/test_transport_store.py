@@ -10,7 +10,8 @@ import pytest
 
 from simgl.disk_cache import cache_folder
 from simgl.radiosity import transport_store
-from simgl.radiosity.bake import BakeSettings
+from simgl.radiosity.bake import BakeSettings, bake
+from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.transport_store import MAX_BYTES, TransportStore, transport_of
 from simgl.scene.mesh import Mesh
 from simgl.scene.spacecraft import SpacecraftModel
@@ -131,6 +132,18 @@ def test_other_settings_are_another_file() -> None:
     transport_of(mesh, open_sheets=True, settings=QUICK)
     transport_of(mesh, open_sheets=False, settings=QUICK)
     assert len(list(cache_folder("transport").iterdir())) == 2
+
+
+def test_what_has_to_be_traced_is_known_before(monkeypatch: pytest.MonkeyPatch) -> None:
+    def quick(mesh: Mesh, *, open_sheets: bool, **_: object) -> LightTransport | None:
+        return bake(mesh, open_sheets=open_sheets, settings=QUICK)
+
+    monkeypatch.setattr(transport_store, "bake", quick)
+    box = SpacecraftModel(name="box", mesh=quads(OPEN_BOX), parts=("box",), materials=())
+    store = TransportStore()
+    assert store.to_trace([box], "exact")
+    store.prepare([box], "exact")
+    assert not TransportStore().to_trace([box], "exact")
 
 
 def test_of_the_many_shapes_of_an_arm_on_the_move_the_last_ones_are_kept(

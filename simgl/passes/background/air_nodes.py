@@ -181,11 +181,16 @@ def height_place(height: float) -> float:
     return log(height) / _HEIGHT_STEP
 
 
-def _node_place(angle: float, height: float) -> float:
-    """Number of nodes up to an angle of the Sun from the zenith of a height [rad, m]."""
+def _low_sun(height: float) -> float:
+    """Angle of the Sun from the zenith of a height from which on it is low over what is seen."""
     # On the horizon the Sun stands lower by the angle between both zeniths.
     dip = acos(WGS84_EQUATORIAL_RADIUS / (WGS84_EQUATORIAL_RADIUS + height))
-    past = (angle - (_LOW_SUN - dip)) / _BLEND
+    return float(_LOW_SUN) - dip
+
+
+def _node_place(angle: float, height: float) -> float:
+    """Number of nodes up to an angle of the Sun from the zenith of a height [rad, m]."""
+    past = (angle - _low_sun(height)) / _BLEND
     # Of the steps from wide to close, the integral of a logistic function.
     close = _BLEND * (max(past, 0.0) + log1p(exp(-abs(past))))
     return (angle / _WIDER + (1.0 - 1.0 / _WIDER) * close) / _NODE_STEP
@@ -193,13 +198,16 @@ def _node_place(angle: float, height: float) -> float:
 
 def _node_angle(place: float, height: float) -> float:
     """Angle of the Sun up to which there are so many nodes: the inverse of ``_node_place``."""
-    low, high = -pi, 2.0 * pi
-    while (middle := 0.5 * (low + high)) not in (low, high):
-        if _node_place(middle, height) < place:
-            low = middle
-        else:
-            high = middle
-    return low
+    angle, low_sun = 2.0 * pi, _low_sun(height)
+    # Steps get closer as the angle grows, so that Newton's method comes from there without passing
+    # the root, until nothing is left of the last steps.
+    while True:
+        close = 1.0 / (1.0 + exp(-(angle - low_sun) / _BLEND))
+        steps = (1.0 / _WIDER + (1.0 - 1.0 / _WIDER) * close) / _NODE_STEP
+        nearer = angle - (_node_place(angle, height) - place) / steps
+        if nearer >= angle:
+            return angle
+        angle = nearer
 
 
 def _node_weights(x: float) -> tuple[float, float, float, float]:

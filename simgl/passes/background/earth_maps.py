@@ -34,8 +34,8 @@ _KM_PER_DEGREE = 111.19
 _CELLS, _FAR_FROM_SHORES_KM = 256, 10.0
 
 
-_LAND, _RELIEF, _SHORE = ("land_rgb.jpg", "land_nir.jpg"), "relief.webp", "shore.webp"
-_NIGHT = "night.jpg"
+_LAND, _RELIEF = ("land_rgb.jpg", "land_nir.jpg"), ("relief_east.png", "relief_north.png")
+_SHORE, _NIGHT = "shore.png", "night.jpg"
 # What makes the maps, for the files that they are cached in.
 MADE_BY = (
     __name__,
@@ -141,14 +141,14 @@ def form_map() -> MapLevels:
     """(h, w, 2) codes of the slopes to the east and north, with its halvings."""
 
     def made() -> MapLevels:
-        return map_once(MADE_BY, ("form", digest_of(None, _RELIEF)), make_form_map)
+        return map_once(MADE_BY, ("form", digest_of(None, *_RELIEF)), make_form_map)
 
     return _form_maps.get(None, made, size_of)
 
 
 def make_form_map() -> Image8:
     """The codes of ``form_map``, past the caches."""
-    return np.ascontiguousarray(_shipped(_RELIEF, "RGB")[..., :2])
+    return np.stack([_shipped(name, "L") for name in _RELIEF], axis=-1)
 
 
 def shore_map(water: MapImage | None) -> MapLevels:

@@ -8,12 +8,17 @@ import moderngl
 import numpy as np
 from PIL import Image
 
-from simgl.arrays import AnyArray, Array32, Image8
+from simgl.arrays import Array32, Image8
 from simgl.disk_cache import Arrays, computed_once
 from simgl.gpu.texture_levels import texture_with_levels
 
 # (h, w, channels) codes of a map, and its halvings down to one texel.
 MapLevels = tuple[Image8, ...]
+
+
+# Rows of a smaller map that are made together: what lies between fits a core's cache, and no memory
+# that is new to the process has to be cleared for it.
+_ROWS = 16
 
 
 def map_levels(codes: Image8) -> MapLevels:
@@ -23,20 +28,31 @@ def map_levels(codes: Image8) -> MapLevels:
     """
     levels, means = [codes], _half(codes)
     while means.shape[:2] != levels[-1].shape[:2]:
-        levels.append(np.round(means).astype(np.uint8))
+        levels.append(_rounded(means))
         means = _half(means)
     return tuple(levels)
 
 
+def _rounded(means: Array32) -> Image8:
+    codes = np.empty(means.shape, dtype=np.uint8)
+    for start in range(0, len(means), _ROWS):
+        codes[start : start + _ROWS] = np.round(means[start : start + _ROWS])
+    return codes
+
+
 def _half(values: Image8 | Array32) -> Array32:
     """Means over the texels of a map of half the width and height, rounded down, at least 1."""
-    height, width, _ = values.shape
+    height, width, channels = values.shape
     size = max(width // 2, 1), max(height // 2, 1)
     if height % 2 == width % 2 == 0:
         # Of bytes in integers, at a third of the time.
-        rows: AnyArray = values[0::2].astype(np.uint16 if values.dtype == np.uint8 else np.float32)
-        rows += values[1::2]
-        return np.asarray(0.25 * (rows[:, 0::2] + rows[:, 1::2]), dtype=np.float32)
+        summed = np.uint16 if values.dtype == np.uint8 else np.float32
+        half = np.empty((size[1], size[0], channels), dtype=np.float32)
+        for start in range(0, size[1], _ROWS):
+            part = values[2 * start : 2 * (start + _ROWS)]
+            rows = np.add(part[0::2], part[1::2], dtype=summed)
+            np.multiply(rows[:, 0::2] + rows[:, 1::2], 0.25, out=half[start : start + _ROWS])
+        return half
     planes = np.moveaxis(values, -1, 0).astype(np.float32)
     halves = [Image.fromarray(plane).resize(size, Image.Resampling.BOX) for plane in planes]
     return np.stack([np.asarray(half) for half in halves], axis=-1)
