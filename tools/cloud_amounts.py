@@ -9,9 +9,9 @@ albedo of 2018 is read
 In cells of 10 deg the albedo of the weather of many seeds is brought to what CERES sees, over
 simgl's own clear sky. What a cell lacks beside the others of its row it gets as cover and, along
 with that, thickness; what its row lacks, as thickness alone: there the cover stays that of the
-drawn climate. Clouds reflect here as by two streams under the mean Sun of a year; what that
-misses of simgl's light is one factor for the surroundings of each cell. Poleward of 50 deg, where
-snow and ice decide, less and less is changed.
+drawn climate. Clouds reflect here as by two streams under the mean Sun of a year on rough tops;
+what that misses of simgl's light is one factor for the surroundings of each cell. Poleward of
+50 deg, where snow and ice decide, less and less is changed.
 """
 
 from __future__ import annotations
@@ -44,6 +44,9 @@ _VIEWS, _HOURS = 16, 4
 _ROUNDS = 8
 # Of albedo per unit of cover with its thickness, and of rows' thickness alone; the largest of both.
 _OF_COVER, _OF_THICKNESS, _LARGEST = 0.8, 0.15, 1.0
+# Steps of a cell grow as long as it lacks light, so that one gets there in which more cover brings
+# little by now, and shrink where it has had too much.
+_GROW, _SHRINK, _SLOWEST, _FASTEST = 1.3, 0.6, 0.5, 3.0
 # Where there is more cloud than in the drawn climate, it is thicker, too: so much of the logarithm
 # per unit of cover, an estimate.
 _THICKER = 1.6
@@ -74,9 +77,11 @@ def _of_clouds(codes: Image8) -> Array:
     share, code, high, _ = np.moveaxis(codes / 255.0, -1, 0)
     rows = len(codes)
     mu = _mean_sun(np.pi * (0.5 - (np.arange(rows) + 0.5) / rows))[:, None]
+    on_tops = 0.4 + 0.46 * mu
     scaled, asymmetry = (1.0 - 0.85**2) * 100.0**code, 0.85 / 1.85
-    g1, g3 = 0.75 * (1.0 - asymmetry), 0.5 - 0.75 * asymmetry * mu
-    direct = (g1 * scaled + (g3 - g1 * mu) * (1.0 - np.exp(-scaled / mu))) / (1.0 + g1 * scaled)
+    g1, g3 = 0.75 * (1.0 - asymmetry), 0.5 - 0.75 * asymmetry * on_tops
+    direct = g1 * scaled + (g3 - g1 * on_tops) * (1.0 - np.exp(-scaled / on_tops))
+    direct /= 1.0 + g1 * scaled
     back = g1 * scaled / (1.0 + g1 * scaled)
     thin, from_below = 1.5 * high / (1.5 * high + 7.7 * mu), 1.5 * high / (1.5 * high + 7.7)
     past = (1.0 - thin) * (1.0 - from_below)
@@ -142,6 +147,7 @@ def fit(
     weight = np.clip((70.0 - np.abs(latitude)) / 20.0, 0.0, 1.0)[:, None]
     of_rows = drawn[2].mean(axis=1)
     cover = before[..., 0]
+    pace, last = np.ones_like(cover), np.zeros_like(cover)
     rows = (before[..., 1] - _THICKER * cover).mean(axis=1, keepdims=True)
     for _ in range(_ROUNDS):
         clouds = climate.clouds(_logged(cover, rows))
@@ -150,7 +156,9 @@ def fit(
         print(f"rms difference of the albedo {rms:.4f}", flush=True)
         of_row = weight * error.mean(axis=1, keepdims=True)
         step = gaussian_filter(weight * error - of_row, _SMOOTH, mode=("nearest", "wrap"))
-        cover = np.clip(cover + step / _OF_COVER, -_LARGEST, _LARGEST).astype(np.float32)
+        pace = np.clip(pace * np.where(step * last < 0.0, _SHRINK, _GROW), _SLOWEST, _FASTEST)
+        last = step
+        cover = np.clip(cover + pace * step / _OF_COVER, -_LARGEST, _LARGEST).astype(np.float32)
         cover += (of_rows - clouds[2].mean(axis=1)).astype(np.float32)[:, None]
         rows = np.clip(rows + of_row / _OF_THICKNESS, -_LARGEST, _LARGEST)
     return _logged(cover, rows)

@@ -10,8 +10,9 @@ plane layer is solved by doubling (Hansen 1971, J. Atmos. Sci. 28, 120), with th
 scaled off (Wiscombe 1977) and single scattering by the exact phase function (Nakajima and Tanaka
 1988). Its top is rough: facets of normally distributed slopes, each a plane layer of its own,
 shaded and hidden by Smith's law, so that it sends more of the light back and less ahead than a
-level one. Their mean square slope is chosen so that the Earth's light by its phase is that of
-earthshine (``benchmarks/flight``).
+level one; how much in all is that of the mean cosine of the Sun on them (``cosine_on_tops`` in
+shaders/planet/cloud.glsl). Their mean square slope is chosen so that the Earth's light by its phase
+is that of earthshine (``benchmarks/flight``).
 
 The table is (16, 16, 16, 4) float32: relative azimuth of Sun and camera from 0 (the camera faces
 the Sun) to 180 deg, cosine of the view, cosine of the Sun, and optical thickness 1, 4.64, 21.5 and
@@ -44,7 +45,7 @@ _RADII = np.linspace(1.0, 28.0, 110)
 _ICE_SHARE, _ICE_ASYMMETRY = 0.5, 0.75
 _STREAMS = 24
 # Mean square slope of tops, and rings and azimuths of the slopes that stand for all.
-ROUGH, _RINGS, _AROUND = 0.15, 8, 48
+ROUGH, _RINGS, _AROUND = 0.35, 8, 48
 _LARGEST = 12.0
 
 

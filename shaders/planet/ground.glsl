@@ -111,7 +111,7 @@ Clouds clouds_at(Place here) {
     // the light of level ground; what falls by it has none. Decks and cumulus have no towers.
     float rise = tower_height(weather.xy) - tower_height(shading.xy);
     clouds.sides = shares.w * clamp(rise * (tower_km / max(cloud_km, 1.0)), -0.8, 0.8);
-    clouds.reflected = cloud_reflectance(thickness, cosine_on_clouds(here));
+    clouds.reflected = cloud_reflectance(thickness, cosine_on_tops(here.mu_sun));
     clouds.around = clouds_below * weather.x * clouds.reflected;
     clouds.back = cloud_diffuse_reflectance(thickness);
     clouds.shape = cloud_shape(here.cloud_shape, weather.y);

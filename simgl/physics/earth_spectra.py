@@ -181,7 +181,8 @@ def cloud_table(bands: Bands) -> Array:
     By the root of the Sun's cosine and by the thickness code of shaders/planet/cloud.glsl.
     """
     tau = np.exp(_LOG_THICKEST * np.linspace(0.0, 1.0, CLOUD_PLACES))
-    mu = np.maximum(np.linspace(0.0, 1.0, CLOUD_PLACES) ** 2, 0.05)[:, None, None]
+    # On facets of rough tops, as there.
+    mu = 0.4 + 0.46 * np.linspace(0.0, 1.0, CLOUD_PLACES)[:, None, None] ** 2
     white, _ = two_streams(np.zeros(1), _DROPLET_G, tau[None, :, None], mu)
     table = np.ones((2, CLOUD_PLACES, CLOUD_PLACES, CHANNELS))
     for index in range(len(bands.edges)):

@@ -7,8 +7,9 @@ ground of the disc's mean reflectance:
 
 The disc function is McEwen's, Lommel-Seeliger's and Lambert's laws in the share s(alpha): the full
 Moon is uniformly bright, crescents fall off to the terminator. K makes the integral over the disc
-the measured reflectance of Kieffer & Stone (2005, AJ 129, 2887), which has the opposition surge and
-the reddening with phase, on the scale of Toledano et al. (2024, ACP 24, 3649).
+the measured reflectance of the Lunar Irradiance Model of ESA (LIME; Toledano et al. 2024, ACP 24,
+3649), which has the opposition surge and the reddening with phase, in the form of Kieffer & Stone
+(2005, AJ 129, 2887).
 """
 
 from __future__ import annotations
@@ -23,68 +24,57 @@ from simgl.physics.constants import MOON_RADIUS
 from simgl.physics.ephemeris import julian_date_tt
 from simgl.physics.spectrum import BANDS, Bands
 
-# Rows R, G, B, N: coefficients a0 to a3 and d1 to d3 of the disc's reflectance, table 4, linear
-# between its wavelengths, means over the bands weighted by sunlight. The terms odd in the Sun's
-# longitude stand for the seas; the map has those. Libration changes the light by up to 4 %.
+# Wavelengths [nm], and there the coefficients a0 to a3 and d1 to d3 of the disc's reflectance, of
+# LIME's release of 2025-10-10. The terms odd in the Sun's longitude stand for the seas; the map has
+# those. Libration changes the light by up to 4 %.
+_WAVELENGTHS = (440.0, 500.0, 675.0, 870.0, 1020.0, 1640.0)
 _DISC = np.array(
     [
-        (-1.93766, -1.59780, 0.31772, -0.18252, 0.37498, -0.13590, 0.01140),
-        (-2.12511, -1.64112, 0.34529, -0.19058, 0.37069, -0.10610, 0.00797),
-        (-2.32415, -1.69473, 0.39216, -0.20758, 0.35761, -0.06039, 0.00266),
-        (-1.78302, -1.57918, 0.30242, -0.17469, 0.41138, -0.20308, 0.01659),
+        (-2.845826, -0.638992, -0.356838, -0.018674, 0.530384, 0.623965, -0.003982),
+        (-2.835119, -0.256738, -0.669409, 0.070965, 0.398940, 0.758700, -0.002567),
+        (-2.488881, -0.371945, -0.538320, 0.030280, 0.411764, 0.626867, -0.002009),
+        (-2.401018, -0.144913, -0.711386, 0.079849, 0.412738, 0.676622, -0.000823),
+        (-2.323384, -0.129630, -0.713925, 0.081491, 0.414863, 0.654198, -0.001379),
+        (-1.852121, -0.268270, -0.543445, 0.027159, 0.402154, 0.480524, -0.001853),
     ]
 )
-# The same coefficients over wavelength [nm], each the mean of neighbours within 25 nm: 2 % of the
-# bands above. From one wavelength to the next the model scatters by 5 %, beyond 2 um by 15 %.
-_DISC_CURVES = np.array(
-    [
-        (352.6, -2.69718, -1.76418, 0.47568, -0.24446, 0.3403, 0.01526, -0.01299),
-        (410.6, -2.37769, -1.72885, 0.42031, -0.21764, 0.35795, -0.04322, -0.00143),
-        (441.6, -2.31964, -1.72114, 0.37286, -0.19304, 0.37935, -0.09562, 0.0097),
-        (475.9, -2.29145, -1.66097, 0.38542, -0.20933, 0.34355, -0.04874, 0.00139),
-        (549.0, -2.12383, -1.6444, 0.35997, -0.19702, 0.3707, -0.10396, 0.00592),
-        (665.1, -1.88914, -1.58096, 0.30477, -0.17908, 0.37141, -0.13514, 0.01248),
-        (698.4, -1.90756, -1.5933, 0.32502, -0.18497, 0.38132, -0.15518, 0.01083),
-        (745.3, -1.86896, -1.57522, 0.33712, -0.19415, 0.36888, -0.14828, 0.00958),
-        (769.2, -1.82764, -1.53269, 0.25364, -0.15957, 0.38017, -0.16569, 0.01942),
-        (873.3, -1.74784, -1.59994, 0.36366, -0.19923, 0.39756, -0.19899, 0.00897),
-        (936.6, -1.729, -1.52387, 0.12122, -0.09339, 0.49037, -0.2921, 0.04183),
-        (1059.5, -1.59323, -1.71358, 0.50599, -0.25178, 0.4816, -0.29486, 0.00116),
-        (1243.2, -1.53594, -1.55214, 0.31479, -0.18178, 0.4904, -0.3097, 0.01237),
-        (1538.7, -1.33802, -1.46208, 0.15784, -0.11712, 0.53831, -0.38432, 0.03473),
-        (1633.6, -1.34567, -1.46057, 0.23813, -0.15494, 0.54393, -0.37182, 0.01845),
-        (1981.5, -1.26203, -1.25138, -0.06569, -0.04005, 0.49099, -0.36092, 0.04707),
-        (2126.3, -1.18946, -2.55069, 2.10026, -0.87285, 0.29239, -0.34784, -0.13444),
-        (2250.9, -1.04232, -1.46809, 0.43817, -0.24632, 0.38154, -0.28937, -0.0111),
-        (2383.6, -1.08403, -1.31032, 0.20323, -0.15863, 0.36134, -0.28408, 0.0101),
-    ]
-)
-# Traceable measurements lie 3 to 5 % above that model in the visible and near infrared (Toledano et
-# al.).
-_SCALE = 1.04
 # p1 to p4 of the same [deg].
-_P1, _P2, _P3, _P4 = 4.06054, 12.8802, -30.5858, 16.7498
+_P1, _P2, _P3, _P4 = 1.306236, 18.77138, 12.315492, 8.973327
+# Between these wavelengths the disc has the spectrum of soil and breccia of Apollo 16, 95 and 5 %,
+# as in that model and in Kieffer & Stone's, whose own wavelengths scatter by 5 %. Wavelength [nm],
+# reflectance.
+_SOIL = np.array(
+    [
+        (350, 0.0997), (400, 0.1183), (450, 0.1333), (500, 0.1464), (550, 0.1577), (600, 0.1678),
+        (650, 0.1778), (700, 0.1866), (750, 0.1940), (800, 0.1990), (850, 0.2009), (900, 0.2015),
+        (950, 0.2054), (1000, 0.2121), (1100, 0.2290), (1200, 0.2435), (1400, 0.2691),
+        (1600, 0.2902), (1800, 0.3011), (2000, 0.3132), (2200, 0.3303), (2500, 0.3587),
+    ]
+)  # fmt: skip
 # The reflectance was measured up to here; from here on the disc darkens as Allen's curve [rad].
-_MEASURED_TO = np.radians(97.0)
+_MEASURED_TO = np.radians(90.0)
 # That curve ends near crescents of two days; K is constant from here on [rad].
 _LAST_PHASE = np.radians(150.0)
 
 
 @lru_cache(maxsize=8)
-def _coefficients(bands: Bands) -> Array:
-    """(4, 7) a0 to a3, d1 to d3 of each band; beyond 350 and 2384 nm the ends of the model hold."""
-    if bands == BANDS:
-        return _DISC
-    nm = tuple(_DISC_CURVES[:, 0].tolist())
-    curves = _DISC_CURVES[:, 1:].T.tolist()
-    return np.array([bands.photon_mean_of((nm, tuple(curve))) for curve in curves]).T
+def _of_wavelengths(bands: Bands) -> Array:
+    """(4, 6) what the reflectance at each of ``_WAVELENGTHS`` adds to that of each band."""
+    nm = np.arange(_SOIL[0, 0], _SOIL[-1, 0] + 1.0, 5.0)
+    soil = np.interp(nm, *_SOIL.T)
+    shares = []
+    for index, wavelength in enumerate(_WAVELENGTHS):
+        between = np.interp(nm, _WAVELENGTHS, np.eye(len(_WAVELENGTHS))[index])
+        over = between * soil / np.interp(wavelength, *_SOIL.T)
+        shares.append(bands.photon_mean_of((tuple(nm.tolist()), tuple(over.tolist()))))
+    return np.array(shares).T
 
 
 def disc_reflectance(phase: float, bands: Bands = BANDS) -> Array:
     """(4,) light of the disc at a phase angle [rad], over that of a white Lambertian disc of the
     same size that faces the Sun and the observer.
 
-    Good to 2 % in scale; seas and libration change it by up to 5 %. From 97 deg on 20 %.
+    Good to 2 % in scale; seas and libration change it by up to 5 %. From 90 deg on 20 %.
     """
     held = min(abs(phase), _MEASURED_TO)
     degrees = float(np.degrees(held))
@@ -93,9 +83,8 @@ def disc_reflectance(phase: float, bands: Bands = BANDS) -> Array:
         np.exp(-degrees / _P2),
         np.cos((degrees - _P3) / _P4),
     ]
-    disc = _coefficients(bands)
-    measured = _SCALE * np.exp(disc[:, :4] @ held ** np.arange(4) + disc[:, 4:] @ near)
-    return np.asarray(measured * _allen(abs(phase)) / _allen(held))
+    measured = np.exp(_DISC[:, :4] @ held ** np.arange(4) + _DISC[:, 4:] @ near)
+    return np.asarray(_of_wavelengths(bands) @ measured * _allen(abs(phase)) / _allen(held))
 
 
 def _allen(phase: float) -> float:

@@ -20,6 +20,7 @@ from simgl.physics.sea_surface import (
 )
 from simgl.scene.noise_projection import RANGE, SIZE, chart
 from tests.gpu.glsl_functions import evaluate
+from tools.cloud_reflection import ROUGH
 
 Array = np.ndarray[Any, Any]
 
@@ -216,6 +217,25 @@ def slab_reflectance(tau: float, mu: float, count: int, rng: np.random.Generator
         lean = np.sqrt(np.maximum((1.0 - turn**2) * (1.0 - cosine**2), 0.0))
         cosine = np.clip(cosine * turn + lean * around, -1.0, 1.0)
     return up / count
+
+
+def light_on_facets(mu: float) -> float:
+    """Mean cosine of sunlight on normally distributed slopes, each by the light that it gets."""
+    slopes = np.linspace(-4.0, 4.0, 161) * np.sqrt(0.5 * ROUGH)
+    ahead, across = np.meshgrid(slopes, slopes, indexing="ij")
+    up = 1.0 / np.sqrt(1.0 + ahead**2 + across**2)
+    cosine = np.maximum(up * (mu + ahead * np.sqrt(1.0 - mu**2)), 0.0)
+    light = cosine / up * np.exp(-(ahead**2 + across**2) / ROUGH)
+    return float((light * cosine).sum() / light.sum())
+
+
+def test_the_sun_on_rough_tops_is_that_on_facets_of_the_reflection_table(
+    gl: moderngl.Context,
+) -> None:
+    mu = np.array([0.0, 0.1, 0.3, 0.5, 0.7, 0.85, 1.0])
+    seen = clouds(gl, "cosine_on_tops(in_value[0])", np.stack([mu, mu], axis=1))
+    # A line through a curve.
+    np.testing.assert_allclose(seen, [light_on_facets(m) for m in mu], atol=0.02)
 
 
 # Two streams miss little but thin clouds under a low Sun (King and Harshvardhan 1986).
