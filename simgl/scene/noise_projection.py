@@ -256,9 +256,9 @@ def _read_variance(field: Array32) -> float:
     along = np.roll(field, -1, axis=1)
     down = np.roll(field, -1, axis=0)
     across = np.roll(down, -1, axis=1)
-    beside = np.vdot(field, along) + np.vdot(field, down)
-    aslant = np.vdot(field, across) + np.vdot(along, down)
-    total = 4.0 / 9.0 * np.vdot(field, field) + 2.0 / 9.0 * beside + 1.0 / 18.0 * aslant
+    adjacent = np.vdot(field, along) + np.vdot(field, down)
+    diagonal = np.vdot(field, across) + np.vdot(along, down)
+    total = 4.0 / 9.0 * np.vdot(field, field) + 2.0 / 9.0 * adjacent + 1.0 / 18.0 * diagonal
     return float(total) / field.size
 
 
