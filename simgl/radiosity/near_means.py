@@ -80,8 +80,11 @@ def _means(links: IndexArray, place: Array, normal: Array, nearness: Array32) ->
     alike = np.einsum("ij,ij->i", normal[first], normal[second]) > _SMOOTH
     used = alike & (weight > 0.0)
     first, second, weight = first[used], second[used], weight[used]
-    itself = np.arange(count)
-    rows, columns = np.concatenate([itself, first, second]), np.concatenate([itself, second, first])
+    diagonal = np.arange(count)
+    rows, columns = (
+        np.concatenate([diagonal, first, second]),
+        np.concatenate([diagonal, second, first]),
+    )
     values = np.concatenate([np.ones(count), weight, weight])
     values /= np.bincount(rows, values)[rows]
     entries = values.astype(np.float32), (rows, columns)
