@@ -56,7 +56,7 @@ class BakeSettings:
     sun_rays: int = 768
     added_triangles: int = 6_000
     cells: int = 64
-    grids: int = 16_000
+    grids: int = 8_000
     grid_rays: int = 128
     edge_share: float = 1.0 / 60.0
 
