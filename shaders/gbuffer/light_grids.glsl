@@ -1,7 +1,8 @@
 // Grids on triangles over which light of other surfaces is far from linear (simgl/radiosity/light_grids.py).
 
 uniform usampler2D light_grids;   // of each triangle 1 and the number of its grid, 0 without one
-uniform sampler2D grid_light;     // of each node and side irradiance [W m-2] more than is linear
+uniform usampler2D grid_rows;     // of each node and side the row of its light
+uniform sampler2D grid_light;     // irradiance [W m-2] more than is linear
 
 const uint GRID_CUTS = 4u;
 const uint GRID_NODES = 15u;
@@ -9,7 +10,8 @@ const uint GRID_NODES = 15u;
 // A node by how many parts of the edges it lies from the third corner towards the first and second.
 vec4 grid_node(uint grid, uint i, uint j, bool back) {
     uint node = i * (2u * GRID_CUTS + 3u - i) / 2u + j;
-    return texelFetch(grid_light, table_place((grid * GRID_NODES + node) * SIDES + uint(back) % SIDES), 0);
+    uint row = texelFetch(grid_rows, table_place((grid * GRID_NODES + node) * SIDES + uint(back) % SIDES), 0).r;
+    return texelFetch(grid_light, table_place(row), 0);
 }
 
 // Irradiance [W m-2] more than is linear between a triangle's vertices, at weights of its corners.

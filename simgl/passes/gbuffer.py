@@ -48,7 +48,7 @@ EMPTY = -1.0
 _PLAIN, _DETAILED = 4, 7
 
 _VISIBILITY_UNIT, _CORNERS_UNIT, _VERTICES_UNIT, _LIGHT_UNIT = range(4)
-_GRIDS = {"light_grids": 4, "grid_light": 5}
+_GRIDS = {"light_grids": 4, "grid_light": 5, "grid_rows": 6}
 _POINTS = {"visibility": _VISIBILITY_UNIT} | POINT_GROUPS | PAGE_ENTRIES
 
 
@@ -187,6 +187,7 @@ class GBufferPass:
             if lighting.grids is not None:
                 lighting.grids.of_triangle.use(_GRIDS["light_grids"])
                 lighting.grids.light.use(_GRIDS["grid_light"])
+                lighting.grids.rows.use(_GRIDS["grid_rows"])
         motion = drawn.view.motion
         if motion is not None:
             variant += motion.variant

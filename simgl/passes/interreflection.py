@@ -67,7 +67,7 @@ class InterreflectionPass:
         self._next_sunlight = NextSunlight()
         # One for each spacecraft of the largest scene so far.
         self._tables: dict[tuple[int, str], moderngl.Texture] = {}
-        self._grids = LruCache[str, moderngl.Texture](
+        self._grids = LruCache[tuple[str, str], moderngl.Texture](
             MANY, moderngl.Texture.release, max_bytes=MAX_BYTES
         )
         self._solved: dict[int, _Solved] = {}
@@ -167,8 +167,10 @@ class InterreflectionPass:
         defines = ("INTERREFLECTION", "TWO_SIDED") if transport.sides == 2 else ("INTERREFLECTION",)
         grids = None
         if sunlight is not None and transport.grids is not None:
+            of_triangle, row_of_node = self._places_of_grids(transport, transport.grids)
             grids = GridLight(
-                of_triangle=self._grids_of_triangles(transport, transport.grids),
+                of_triangle=of_triangle,
+                rows=row_of_node,
                 light=self._table((spacecraft.instance, "grids"), sunlight.nodes),
             )
             defines = (*defines, "LIGHT_GRIDS")
@@ -191,15 +193,25 @@ class InterreflectionPass:
         self._tables[key].write(rows)
         return self._tables[key]
 
-    def _grids_of_triangles(self, transport: LightTransport, grids: LightGrids) -> moderngl.Texture:
-        """One texel for each triangle: 1 and the number of its grid, or 0."""
+    def _places_of_grids(
+        self, transport: LightTransport, grids: LightGrids
+    ) -> tuple[moderngl.Texture, moderngl.Texture]:
+        """One texel for each triangle: 1 and the number of its grid, or 0; and one for each node
+        and side: its row in the table of their light."""
 
-        def written() -> moderngl.Texture:
+        def of_triangles() -> moderngl.Texture:
             number = np.zeros((len(transport.mesh.triangles), 1), dtype=np.uint32)
             number[grids.triangles, 0] = 1 + np.arange(len(grids.triangles))
             return table(self._ctx, number)
 
-        return self._grids.get(transport.digest, written, 4 * len(transport.mesh.triangles))
+        def rows() -> moderngl.Texture:
+            return table(self._ctx, grids.row_of_node.reshape(-1, 1).astype(np.uint32))
+
+        size, key = 4 * len(transport.mesh.triangles), transport.digest
+        return (
+            self._grids.get((key, "triangles"), of_triangles, size),
+            self._grids.get((key, "rows"), rows, 4 * grids.row_of_node.size),
+        )
 
     def release(self) -> None:
         """Free everything."""

@@ -37,10 +37,12 @@ class GridLight:
     """Finer light on some triangles.
 
     of_triangle : one texel for each: 1 and the number of its grid, 0 without one
-    light : one for each node and side: irradiance more than is linear between the vertices [W m-2]
+    rows : one for each node and side: its place in ``light``
+    light : irradiance more than is linear between the vertices [W m-2]
     """
 
     of_triangle: moderngl.Texture
+    rows: moderngl.Texture
     light: moderngl.Texture
 
 

@@ -24,6 +24,7 @@ from simgl.radiosity.gather_points import (
 from simgl.radiosity.hemisphere import CELLS_ACROSS, cosine_directions, frames, sky_cell, spins
 from simgl.radiosity.light_grids import light_grids
 from simgl.radiosity.light_transport import LightTransport
+from simgl.radiosity.near_means import near_means
 from simgl.radiosity.occlusion import moved_into_open
 from simgl.radiosity.patch_cells import cell_index, patch_cells
 from simgl.radiosity.patches import SAMPLES, Patches, cluster
@@ -169,7 +170,11 @@ def traced(
     )
     report(total, total)
     cells = patch_cells(fine, index, by_sun.of_rows(used), at_nodes)
-    return replace(transport, cells=cells, grids=grids)
+    transport = replace(transport, cells=cells, grids=grids)
+    nearness = seen.nearness[used]
+    if at_nodes is not None:
+        nearness = np.concatenate([nearness, at_nodes.nearness])
+    return replace(transport, means=near_means(transport, nearness))
 
 
 def refined(mesh: Mesh, sides: int, settings: BakeSettings) -> Mesh:

@@ -32,6 +32,8 @@ GAP = 0.005
 PLACES = 8
 
 _POINTS_AT_ONCE = 4096
+# Rays into the open for each that meets a surface, in a mean over both.
+_FREE = 4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -53,6 +55,7 @@ class GatherRays:
     """What the rays of all gather points met.
 
     hit_share : (s,) of the rays, that met the body; across a narrow gap they count little
+    nearness : (s,) as of ``mean_nearness`` [m-1]
     hits : (s, t) csr, rays to each (triangle, side): column = triangle + side * triangles
     occluded : (s, 96) csr, numbers of rays that met the body on their way to a cell of the sky
     sky_rays : (b, 96) counts of all rays to a cell, by the rounded normal
@@ -61,6 +64,7 @@ class GatherRays:
     """
 
     hit_share: Array
+    nearness: Array32
     hits: sparse.csr_matrix
     occluded: sparse.csr_matrix
     sky_rays: Array32
@@ -174,7 +178,8 @@ def cast(
     cells = sky_cell(_turned(rounded, pattern)).astype(np.int32)
     frame, pattern = frames(rounded).astype(np.float32), pattern.astype(np.float32)
     count, columns = len(points.origins), len(mesh.triangles)
-    hit_share, buried = np.zeros(count), np.zeros(count, dtype=np.bool_)
+    hit_share, nearness = np.zeros(count), np.zeros(count, dtype=np.float32)
+    buried, gap = np.zeros(count, dtype=np.bool_), GAP * mesh.radius
     rows, targets, skies = [], [], []
     to_body, before_sky = [], []
     for start in range(0, count, _POINTS_AT_ONCE):
@@ -197,9 +202,8 @@ def cast(
         share = np.where(usable, np.repeat(PLACES / np.maximum(number, 1), PLACES), 0.0)[place]
         point = start + met // rays
         reach = distance[met].astype(np.float64)
-        hit_share += np.bincount(
-            point, share * reach / (reach + GAP * mesh.radius), minlength=count
-        )
+        hit_share += np.bincount(point, share * reach / (reach + gap), minlength=count)
+        nearness[start:stop] = mean_nearness(met // rays, reach + gap, stop - start, rays)
         triangle += columns * (behind & (sides == 2))
         rows.append(point)
         targets.append(triangle)
@@ -212,12 +216,26 @@ def cast(
     np.add.at(sky_rays, (np.arange(len(rounded))[:, None], cells), 1.0)
     return GatherRays(
         hit_share=hit_share / rays,
+        nearness=nearness,
         hits=_sums(row, np.concatenate(targets), to_body, (count, columns * sides)),
         occluded=_sums(row, np.concatenate(skies), before_sky, (count, SKY_CELLS)),
         sky_rays=sky_rays,
         sky_rays_row=sky_rays_row,
         buried=buried,
     )
+
+
+def mean_nearness(point: IndexArray, distance: Array | Array32, count: int, rays: int) -> Array32:
+    """(count,) mean of 1 / distance over the rays of each point [m-1].
+
+    Rays that meet nothing count as well, but at most ``_FREE`` for each that meets something: where
+    little is in sight its light still changes with the distance to it.
+
+    point, distance : of the rays that meet something; rays : of each point
+    """
+    number = np.bincount(point, minlength=count)
+    among = np.clip((1 + _FREE) * number, 1, rays)
+    return (np.bincount(point, 1.0 / distance, minlength=count) / among).astype(np.float32)
 
 
 def _turned(normals: Array, pattern: Array) -> Array:

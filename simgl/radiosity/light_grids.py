@@ -39,8 +39,9 @@ _FLOOR = 0.003
 _SHORTEST = 1.0 / 150.0
 # Of the grids' matrix: a product with it takes 10 ms of one core, once for a direction of the Sun.
 _MAX_ENTRIES = 2_500_000
-# Gather points of a grid, those on its edges shared with a neighbour.
-_POINTS_EACH = 8
+# Entries of a grid in those of a vertex: 8 gather points, others being shared with neighbours, of
+# half as many rays.
+_ENTRIES_EACH = 5.5
 # Places tried for hidden nodes on each of the small triangles between them.
 _TRIED_EACH = 4
 # Places are equal to this share of the body's radius, which float32 resolves.
@@ -90,26 +91,59 @@ def light_grids(
     of_node = np.moveaxis(of_node.reshape(sides, len(chosen), NODES), 0, 2)
     of_node[~_continuous(mesh, chosen)] = -1
     seen = seen.of_rows(used)
-    grids = LightGrids(triangles=chosen, gather=seen.of_patches(index), point_of_node=of_node)
+    grids = LightGrids(
+        triangles=chosen,
+        gather=seen.of_patches(index),
+        point_of_node=of_node,
+        row_of_node=_rows_of_nodes(transport, chosen, of_node),
+    )
     return grids, seen
 
 
+def _corners_of_nodes(transport: LightTransport, chosen: IndexArray) -> IndexArray:
+    """(t, NODES, sides, 3) the gather points of the vertices around each node; -1 for those that do
+    not count there."""
+    corners = transport.mesh.triangles[chosen].astype(np.int64)
+    points = transport.gather_point_of_vertex[:, corners].transpose(1, 0, 2)[:, None]
+    return np.where(STEPS[:, None] > 0, points, -1)
+
+
+def _rows_of_nodes(
+    transport: LightTransport, chosen: IndexArray, point_of_node: IndexArray
+) -> IndexArray:
+    """(t, NODES, sides) the same number for nodes that get the same: those of one gather point
+    between the same vertices. 0 where what is linear holds, which has no row else."""
+    share = np.sort(_corners_of_nodes(transport, chosen) * (CUTS + 1) + STEPS[:, None], axis=-1)
+    keys = np.concatenate([point_of_node[..., None], share], axis=-1)
+    held = point_of_node >= 0
+    rows = np.zeros(point_of_node.shape, dtype=np.int64)
+    rows[held] = 1 + np.unique(keys[held], axis=0, return_inverse=True)[1].ravel()
+    return rows
+
+
 def more_of_nodes(transport: LightTransport, grids: LightGrids) -> sparse.csr_matrix:
-    """(t * nodes * sides, s + g) of each node, triangle by triangle, node by node and side by side:
-    the light of its gather point less what is linear between the triangle's vertices.
+    """(n, s + g) of each row of the grids' table: the light of its gather point less what is linear
+    between the triangle's vertices.
 
     Its columns are the gather points of vertices, then of grids.
     """
-    held, count = grids.point_of_node >= 0, transport.sun_gather.shape[0]
-    corners = transport.mesh.triangles[grids.triangles].astype(np.int64)
-    of_corners = transport.gather_point_of_vertex[:, corners].transpose(1, 0, 2)[:, None]
-    columns = np.empty((*held.shape, 4), dtype=np.int64)
-    columns[..., :3], columns[..., 3] = of_corners, count + grids.point_of_node
-    weights = np.concatenate([STEPS / -CUTS, np.ones((NODES, 1))], axis=1)
-    values = np.broadcast_to(weights[:, None].astype(np.float32), columns.shape)
-    ends = np.concatenate([[0], 4 * np.cumsum(held)])
-    shape = held.size, count + grids.gather.shape[0]
-    return sparse.csr_matrix((values[held].ravel(), columns[held].ravel(), ends), shape=shape)
+    count = transport.sun_gather.shape[0]
+    row, node = np.unique(grids.row_of_node, return_index=True)
+    triangle, step, side = np.unravel_index(node, grids.row_of_node.shape)
+    corners = transport.mesh.triangles[grids.triangles[triangle]].astype(np.int64)
+    columns = np.empty((len(node), 4), dtype=np.int64)
+    columns[:, :3] = transport.gather_point_of_vertex[side[:, None], corners]
+    columns[:, 3] = count + grids.point_of_node[triangle, step, side]
+    values = np.ones(columns.shape, dtype=np.float32)
+    values[:, :3] = STEPS[step] / -CUTS
+    held = row > 0
+    entries = values[held].ravel(), columns[held].ravel()
+    ends = np.zeros(grids.rows + 1, dtype=np.int64)
+    ends[1 + row[held]] = 4
+    shape = grids.rows, count + grids.gather.shape[0]
+    matrix = sparse.csr_matrix((*entries, np.cumsum(ends)), shape=shape)
+    matrix.eliminate_zeros()
+    return matrix
 
 
 def _unevenness(transport: LightTransport) -> Array:
@@ -136,7 +170,7 @@ def _affordable(transport: LightTransport, triangles: IndexArray) -> Mask:
     """(t,) the first triangles, as many as gather from few enough patches."""
     entries = np.diff(transport.gather.indptr)[transport.gather_point_of_vertex]
     corners = transport.mesh.triangles[triangles].astype(np.int64)
-    each = _POINTS_EACH * entries[:, corners].mean(axis=2).sum(axis=0)
+    each = _ENTRIES_EACH * entries[:, corners].mean(axis=2).sum(axis=0)
     return np.asarray(np.cumsum(each) < _MAX_ENTRIES)
 
 

@@ -90,16 +90,25 @@ class LightGrids:
     gather : (g, p) csr, as ``sun_gather``, of the grids' gather points
     point_of_node : (t, nodes, sides) the gather point of each node; -1 where what is linear between
         the vertices holds
+    row_of_node : (t, nodes, sides) of the table of what nodes get more than that, which triangles
+        share along their edges; row 0 holds nothing
     """
 
     triangles: IndexArray
     gather: sparse.csr_matrix
     point_of_node: IndexArray
+    row_of_node: IndexArray
 
     @property
     def nbytes(self) -> int:
         """Size of its arrays."""
-        return self.triangles.nbytes + self.point_of_node.nbytes + matrix_nbytes(self.gather)
+        arrays = self.triangles, self.point_of_node, self.row_of_node
+        return sum(array.nbytes for array in arrays) + matrix_nbytes(self.gather)
+
+    @property
+    def rows(self) -> int:
+        """Of the table."""
+        return int(self.row_of_node.max()) + 1
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -123,6 +132,8 @@ class LightTransport:
     gather_point_of_vertex : (sides, v) where each vertex of the mesh gets its light
     cells : parts of patches as gather points near them see them; None where patches are even
     grids : finer light on some triangles; None where light is linear between the vertices
+    means : (s + g, s + g) csr, means over gather points near each other, of vertices and then of
+        grids (simgl/radiosity/near_means.py); None where what each gathers stays
     """
 
     mesh: Mesh
@@ -144,6 +155,7 @@ class LightTransport:
     gather_point_of_vertex: IndexArray
     cells: PatchCells | None = None
     grids: LightGrids | None = None
+    means: sparse.csr_matrix | None = None
 
     @property
     def digest(self) -> str:

@@ -6,7 +6,7 @@ bias that does not even out: what stands in a shadow mostly sees its neighbours 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
@@ -69,15 +69,17 @@ class SeenCells:
 
     shares : (s, n) csr, share of the cosine-weighted hemisphere that each cell covers
     places : (n, 3) where a ray met each cell [m]; side : (n,) of a triangle there, -1 if none did
+    nearness : (s,) as of ``mean_nearness`` [m-1]; 0 where no rays were traced
     """
 
     shares: sparse.csr_matrix
     places: Array32
     side: IndexArray
+    nearness: Array32
 
     def of_rows(self, rows: IndexArray) -> SeenCells:
         """Those of some gather points."""
-        return SeenCells(shares=self.shares[rows], places=self.places, side=self.side)
+        return replace(self, shares=self.shares[rows], nearness=self.nearness[rows])
 
     def of_patches(self, index: CellIndex) -> sparse.csr_matrix:
         """(s, p) the shares of patches."""

@@ -219,7 +219,7 @@ class PatchLight:
 
         # They hold the transport, which may have left its own cache.
         size = transport.nbytes + len(transport.areas) * BYTES_OF_PATCH
-        nodes = 0 if transport.grids is None else transport.grids.point_of_node.size
+        nodes = 0 if transport.grids is None else transport.grids.rows
         size += (len(transport.vertex_rows) + nodes) * BYTES_OF_VERTEX
         return self._surfaces.get(key, precomputed, size)
 

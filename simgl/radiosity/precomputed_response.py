@@ -18,6 +18,7 @@ from simgl.arrays import Array, Array32
 from simgl.lru_cache import LruCache
 from simgl.radiosity.light_grids import more_of_nodes
 from simgl.radiosity.light_transport import LightTransport, PatchCells
+from simgl.radiosity.near_means import TIMES
 from simgl.radiosity.solver import Reflectors, radiosity
 from simgl.radiosity.sunlit_patches import CAPACITY, Node, SunlitPatches, grid_corners
 
@@ -38,8 +39,8 @@ class GatheredSunlight:
     """Irradiance by surfaces that the Sun lights [W m-2].
 
     vertices : (r, 4) of each vertex and side
-    nodes : (n, 4) what the nodes of grids get more than is linear between vertices, triangle by
-        triangle, node by node and side by side; filled up with zeros to whole rows
+    nodes : (n, 4) the table of what the nodes of grids get more than is linear between vertices;
+        filled up with zeros to whole rows
     """
 
     vertices: Array32
@@ -160,7 +161,8 @@ class PrecomputedResponse:
 
     def _making(self, node: Node) -> _UnderWay:
         transport = self._transport
-        parts = 3 + 2 * (transport.grids is not None) + (transport.cells is not None)
+        parts = 3 + 2 * (transport.grids is not None)
+        parts += (transport.cells is not None) + (transport.means is not None)
         return self._under_way.get(node, lambda: _UnderWay(parts=self._made(node), left=parts))
 
     def _made(self, node: Node) -> Iterator[None]:
@@ -183,7 +185,7 @@ class PrecomputedResponse:
     def _empty_rows(self) -> Array32:
         """(k, 4) of all vertices, then of all nodes, each filled up to whole rows."""
         grids = self._transport.grids
-        nodes = 0 if grids is None else grids.point_of_node.size
+        nodes = 0 if grids is None else grids.rows
         count = _in_rows(len(self._transport.vertex_rows)) + _in_rows(nodes)
         return np.zeros((count, 4), dtype=np.float32)
 
@@ -200,6 +202,10 @@ class PrecomputedResponse:
             at_points += self._more_of_cells(transport.cells, node)
             # Fewer rays tell what of a patch is dark than how much of it is seen.
             np.maximum(at_points, 0.0, out=at_points)
+        if transport.means is not None:
+            yield
+            for _ in range(TIMES):
+                at_points = transport.means @ at_points
         count = len(transport.vertex_rows)
         np.take(at_points, transport.vertex_rows, axis=0, out=rows[:count])
         if grids is not None:

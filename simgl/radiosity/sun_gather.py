@@ -10,7 +10,14 @@ import numpy as np
 from scipy import sparse
 
 from simgl.arrays import Array32, IndexArray, Mask
-from simgl.radiosity.gather_points import BURIED, PLACES, GatherPoints, face_normals
+from simgl.radiosity.gather_points import (
+    BURIED,
+    GAP,
+    PLACES,
+    GatherPoints,
+    face_normals,
+    mean_nearness,
+)
 from simgl.radiosity.hemisphere import cosine_directions, frames, spins
 from simgl.radiosity.patch_cells import CellIndex, SeenCells
 from simgl.rays import RayTracer
@@ -22,12 +29,14 @@ _AT_ONCE = 1024
 
 
 class _Part(NamedTuple):
-    """A row of shares for some gather points; the cells they see, a place on each, its side."""
+    """A row of shares for some gather points; the cells they see, a place on each, its side; how
+    near what they see is."""
 
     shares: sparse.csr_matrix
     cells: IndexArray
     places: Array32
     side: IndexArray
+    nearness: Array32
 
 
 def cells_seen(
@@ -54,6 +63,7 @@ def cells_seen(
     turns = frames(points.normals)
     turns = (turns @ spins(len(turns)) if spun else turns).astype(np.float32)
     buried = np.zeros(len(chosen), dtype=np.bool_)
+    gap = GAP * mesh.radius
 
     def counted(part: IndexArray) -> _Part:
         turn = turns[part]
@@ -62,14 +72,15 @@ def cells_seen(
         triangle, distance = tracer.hits(origins.reshape(-1, 3), directions)
         met = np.flatnonzero(triangle >= 0)
         side = triangle[met].astype(np.int64)
-        directions = directions.take(met, axis=0)
+        directions, distance = directions.take(met, axis=0), distance.take(met)
+        near = mean_nearness(met // rays, distance + gap, len(part), rays)
         behind = np.einsum("ij,ij->i", faces.take(side, axis=0), directions) > 0.0
         if sides == 1:
             share, buried[part] = _shares(met, behind, len(part), rays)
         else:
             side += len(faces) * behind
             share = np.ones(len(met), dtype=np.float32)
-        directions *= distance[met, None]
+        directions *= distance[:, None]
         directions += origins.reshape(-1, 3).take(met, axis=0)
         of_use = np.flatnonzero(share > 0.0)
         side, places = side[of_use], directions.take(of_use, axis=0)
@@ -79,7 +90,7 @@ def cells_seen(
         shares = sparse.csr_matrix(entries, shape=(len(part), index.count))
         shares.sum_duplicates()
         first = _first_of_each(cell, index.count)
-        return _Part(shares, cell[first], places[first], side[first])
+        return _Part(shares, cell[first], places[first], side[first], near)
 
     rows = np.flatnonzero(chosen)
     parts = [rows[i : i + _AT_ONCE] for i in range(0, len(rows), _AT_ONCE)]
@@ -90,16 +101,19 @@ def cells_seen(
 def _together(parts: list[_Part], rows: IndexArray, shape: tuple[int, int]) -> SeenCells:
     """What some of the rows (points) of a matrix saw; of each cell the first place counts."""
     places, side = np.zeros((shape[1], 3), dtype=np.float32), np.full(shape[1], -1)
+    nearness = np.zeros(shape[0], dtype=np.float32)
     if not parts:
         nothing = sparse.csr_matrix(shape, dtype=np.float32)
-        return SeenCells(shares=nothing, places=places, side=side)
+        return SeenCells(shares=nothing, places=places, side=side, nearness=nearness)
     shares = sparse.vstack([part.shares for part in parts], format="csr")
     lengths = np.zeros(shape[0] + 1, dtype=np.int64)
     lengths[1 + rows] = np.diff(shares.indptr)
     for part in reversed(parts):
         places[part.cells], side[part.cells] = part.places, part.side
+    nearness[rows] = np.concatenate([part.nearness for part in parts])
     rows_of_all = shares.data, shares.indices, np.cumsum(lengths)
-    return SeenCells(shares=sparse.csr_matrix(rows_of_all, shape=shape), places=places, side=side)
+    all_shares = sparse.csr_matrix(rows_of_all, shape=shape)
+    return SeenCells(shares=all_shares, places=places, side=side, nearness=nearness)
 
 
 def _first_of_each(number: IndexArray, count: int) -> IndexArray:

@@ -39,7 +39,7 @@ STEPS: dict[JointLight, float] = {"quick": np.radians(1.0), "exact": np.radians(
 # quick one, up to 50 MB if exact.
 MAX_BYTES = 512 << 20
 # Part of every key: with a change in how bakes are made or stored, old files are not read any more.
-VERSION = 12
+VERSION = 13
 
 _Bake = TypeVar("_Bake")
 _Part = TypeVar("_Part", PatchCells, LightGrids)
@@ -261,8 +261,8 @@ def _packed(transport: LightTransport) -> dict[str, Any]:
         value = getattr(transport, field.name)
         if field.name in ("cells", "grids"):
             data |= _packed_part(field.name, value)
-        elif field.name in _MATRICES:
-            data |= matrix_arrays(field.name, value)
+        elif field.name in (*_MATRICES, "means"):
+            data |= {} if value is None else matrix_arrays(field.name, value)
         elif field.name == "mesh":
             arrays = {f.name: getattr(value, f.name) for f in fields(value)}
             data |= {f"mesh.{name}": array for name, array in arrays.items() if array is not None}
@@ -306,6 +306,7 @@ def _unpacked(data: dict[str, Any]) -> LightTransport:
         **plain,
         cells=_unpacked_part("cells", PatchCells, data),
         grids=_unpacked_part("grids", LightGrids, data),
+        means=_matrix(data, "means") if "means.data" in data else None,
     )
     _check(transport)
     return transport
@@ -336,6 +337,9 @@ def _check(transport: LightTransport) -> None:
         right &= index.shape == shape and index.min() >= 0 and index.max() < count
     if transport.grids is not None:
         right &= _points_somewhere(transport.grids, transport)
+    if transport.means is not None:
+        transport.means.check_format(full_check=True)
+        right &= transport.means.shape == (_all_points(transport),) * 2
     if transport.cells is not None:
         right &= _cells_somewhere(transport.cells, transport)
     if not right:
@@ -348,15 +352,21 @@ def _points_somewhere(grids: LightGrids, transport: LightTransport) -> bool:
     node, count = grids.point_of_node, len(grids.triangles)
     right = patches == len(transport.areas) and node.shape == (count, NODES, transport.sides)
     right &= bool(node.min() >= -1 and node.max() < points and grids.triangles.min() >= 0)
+    right &= grids.row_of_node.shape == node.shape and bool(grids.row_of_node.min() >= 0)
+    right &= grids.rows <= 1 + node.size and bool(np.all((grids.row_of_node > 0) <= (node >= 0)))
     return right and bool(grids.triangles.max() < len(transport.mesh.triangles))
+
+
+def _all_points(transport: LightTransport) -> int:
+    """Gather points of vertices and of grids."""
+    of_grids = 0 if transport.grids is None else transport.grids.gather.shape[0]
+    return int(transport.gather.shape[0]) + int(of_grids)
 
 
 def _cells_somewhere(cells: PatchCells, transport: LightTransport) -> bool:
     cells.gather.check_format(full_check=True)
-    points, count = transport.gather.shape[0], len(cells.patch)
-    if transport.grids is not None:
-        points += transport.grids.gather.shape[0]
-    right = cells.gather.shape == (count, points)
+    count = len(cells.patch)
+    right = cells.gather.shape == (count, _all_points(transport))
     right &= cells.points.shape == (count, 3) and cells.normals.shape == (count, 3)
     right &= cells.patch.shape == (count,)
     return right and bool(np.all((cells.patch >= 0) & (cells.patch < len(transport.areas))))

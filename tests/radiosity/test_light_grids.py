@@ -134,14 +134,27 @@ def test_grids_have_no_step_to_triangles_without_one() -> None:
     assert np.any(grids.point_of_node >= 0)
 
 
+def test_neighbours_share_the_rows_of_their_edge() -> None:
+    """What nodes on it get more than is linear between its ends is the same from both sides."""
+    transport = baked()
+    grids = transport.grids
+    assert grids is not None
+    row, held = grids.row_of_node[:, :, 0], grids.point_of_node[:, :, 0] >= 0
+    assert np.array_equal(row > 0, held)
+    place = node_places(transport)[held].round(5)
+    up = transport.mesh.normals[transport.mesh.triangles[grids.triangles, 0], 2] > 0.9
+    surface = np.repeat(up[:, None], NODES, axis=1)[held]
+    where = np.concatenate([place, surface[:, None]], axis=1)
+    assert len(np.unique(where, axis=0)) == len(np.unique(row[held])) < 0.7 * np.count_nonzero(held)
+
+
 def interpolated(transport: LightTransport, light: GatheredSunlight, at: Array) -> Array:
     """(n,) irradiance of places (n, 2) on the floor, linear over the parts of each triangle."""
     assert transport.grids is not None
     triangles = transport.mesh.triangles.astype(np.int64)
     corners = transport.mesh.positions[triangles].astype(np.float64)
     vertex = light.vertices.reshape(-1, transport.sides, 4)[:, 0, 0]
-    nodes = light.nodes[: len(transport.grids.triangles) * NODES * transport.sides]
-    node = nodes.reshape(-1, NODES, transport.sides, 4)[:, :, 0, 0]
+    node = light.nodes[transport.grids.row_of_node[:, :, 0], 0]
     grid = np.full(len(triangles), -1)
     grid[transport.grids.triangles] = np.arange(len(node))
     found = np.full(len(at), np.nan)

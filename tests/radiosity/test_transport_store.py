@@ -53,6 +53,10 @@ def test_a_bake_is_found_again_bit_for_bit(monkeypatch: pytest.MonkeyPatch) -> N
     assert (again.grids.gather != first.grids.gather).nnz == 0
     np.testing.assert_array_equal(again.grids.triangles, first.grids.triangles)
     np.testing.assert_array_equal(again.grids.point_of_node, first.grids.point_of_node)
+    np.testing.assert_array_equal(again.grids.row_of_node, first.grids.row_of_node)
+    assert again.means is not None
+    assert first.means is not None
+    assert (again.means != first.means).nnz == 0
 
 
 @pytest.mark.parametrize("content", [b"", b"not a file of arrays", None])
@@ -82,7 +86,9 @@ def test_a_damaged_file_is_made_anew(content: bytes | None) -> None:
         ("cells.patch", 10**6),
         ("grids.gather.indices", 10**6),
         ("grids.point_of_node", -2),
+        ("grids.row_of_node", -1),
         ("grids.triangles", 10**6),
+        ("means.indices", 10**6),
     ],
 )
 def test_a_file_whose_indices_point_nowhere_is_made_anew(array: str, value: int) -> None:

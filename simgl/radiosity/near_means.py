@@ -1,0 +1,91 @@
+"""Means over gather points near each other: what few rays miss of small bright surfaces evens out.
+
+A thousand rays find a surface that covers a thousandth of the hemisphere once, or twice, or not at
+all. Irradiance from surfaces changes over their harmonic mean distance (Ward et al. 1988): points
+much closer to each other see the same of what is far, and what is near keeps them distinct.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import sparse
+
+from simgl.arrays import Array, Array32, IndexArray, Mask
+from simgl.radiosity.gather_points import unit_rows
+from simgl.radiosity.light_grids import CUTS, STEPS
+from simgl.radiosity.light_transport import LightTransport
+
+# Of the harmonic mean distance: beyond, points do not count for each other. With twice as much,
+# what is blurred beside contacts costs more than less noise brings.
+_REACH = 0.05
+# How often means are taken, each over those next to a point.
+TIMES = 3
+# Cosine between normals of one surface.
+_SMOOTH = 0.99
+
+
+def near_means(transport: LightTransport, nearness: Array32) -> sparse.csr_matrix:
+    """(s + g, s + g) means over each gather point and those next to it, of vertices and of grids.
+
+    nearness : (s + g,) of what each sees, as of ``mean_nearness`` [m-1]
+    """
+    grids, corners = transport.grids, transport.mesh.triangles.astype(np.int64)
+    first_of_grids = transport.gather.shape[0]
+    place, normal = np.zeros((len(nearness), 3)), np.zeros((len(nearness), 3))
+    links = []
+    for side, of_vertex in enumerate(transport.gather_point_of_vertex):
+        outward = 1.0 - 2.0 * side
+        place[of_vertex] = transport.mesh.positions
+        normal[of_vertex] = outward * transport.mesh.normals
+        at = of_vertex[corners]
+        links += [at[:, [k, (k + 1) % 3]] for k in range(3)]
+        if grids is not None:
+            node = first_of_grids + grids.point_of_node[:, :, side]
+            held = grids.point_of_node[:, :, side] >= 0
+            of_grid = corners[grids.triangles]
+            place[node[held]] = _at_nodes(transport.mesh.positions[of_grid])[held]
+            normal[node[held]] = outward * _at_nodes(transport.mesh.normals[of_grid])[held]
+            links += _links_of_grids(node, held, of_vertex[of_grid])
+    return _means(np.concatenate(links), place, unit_rows(normal), nearness)
+
+
+def _at_nodes(of_corners: Array32) -> Array:
+    """(t, nodes, 3) of (t, 3, 3) at the corners."""
+    return np.einsum("nk,tkj->tnj", STEPS / CUTS, of_corners.astype(np.float64))
+
+
+def _links_of_grids(node: IndexArray, held: Mask, corners: IndexArray) -> list[IndexArray]:
+    """Pairs of gather points next to each other: nodes, and nodes with the vertices there.
+
+    node, held : (t, nodes) gather points of the nodes, and whether they have one
+    corners : (t, 3) those of the triangles' vertices
+    """
+    links = []
+    for i, j in zip(*np.triu_indices(len(STEPS), 1), strict=True):
+        if np.abs(STEPS[i] - STEPS[j]).max() == 1:
+            both = held[:, i] & held[:, j]
+            links.append(np.stack([node[both, i], node[both, j]], axis=1))
+    for k in range(3):
+        (at,) = np.flatnonzero(STEPS[:, k] == CUTS)
+        links.append(np.stack([node[held[:, at], at], corners[held[:, at], k]], axis=1))
+    return links
+
+
+def _means(links: IndexArray, place: Array, normal: Array, nearness: Array32) -> sparse.csr_matrix:
+    count = len(place)
+    first, second = np.sort(links[links[:, 0] != links[:, 1]], axis=1).T
+    first, second = np.divmod(np.unique(first * count + second), count)
+    separation = np.linalg.norm(place[first] - place[second], axis=1)
+    weight = 1.0 - separation * np.maximum(nearness[first], nearness[second]) / _REACH
+    alike = np.einsum("ij,ij->i", normal[first], normal[second]) > _SMOOTH
+    used = alike & (weight > 0.0)
+    first, second, weight = first[used], second[used], weight[used]
+    diagonal = np.arange(count)
+    rows, columns = (
+        np.concatenate([diagonal, first, second]),
+        np.concatenate([diagonal, second, first]),
+    )
+    values = np.concatenate([np.ones(count), weight, weight])
+    values /= np.bincount(rows, values)[rows]
+    entries = values.astype(np.float32), (rows, columns)
+    return sparse.csr_matrix(entries, shape=(count, count))
