@@ -18,6 +18,7 @@ import msgspec
 import numpy as np
 import typer
 
+from benchmarks.flight.air import air_tables
 from benchmarks.flight.distant_earth import (
     BELTS,
     DATES,
@@ -86,6 +87,9 @@ above LIME's. Both agree in colour; SEVIRI's on the scale of MODIS is the truth 
 simgl's bands are moved to the channels by LIME's spectrum. The correlation is between the image and
 simgl's, laid over it by the affine map that fits best: of the frame with its black sky,
 and of the lit disc alone. MTSAT-2 scanned with visible jumps from line to line.
+
+**The air** is that of the U.S. Standard Atmosphere, 1976. Its density decides how high the limb
+stands, and bends the light of limb, stars and Sun.
 """
 
 # Shares of the sunlight below 400 nm and above 1000 nm.
@@ -343,6 +347,7 @@ def main(
         _cube_table(on_cube),
         _earthshine_table(_over_visible(shine, all_sky.received.sum(axis=(0, 1)))),
         *of_moon,
+        *air_tables(),
     ]
     minutes = (time.monotonic() - start) / 60.0
     write_record(out / "flight.json", _Run(minutes=minutes, tables=tables))
