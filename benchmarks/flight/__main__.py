@@ -1,4 +1,4 @@
-"""``python -m benchmarks.flight --truth DIR --out DIR``: flight.json and docs/flight_truth.md.
+"""``python -m benchmarks.flight --truth DIR --out DIR``: flight.json, flight_truth.md and moon.png.
 
 A quarter of an hour on two idle cores. The folder of the truth holds CERES's mean
 albedos of 2018, ``ceres_2018_all_sky_1deg.csv`` and ``ceres_2018_clear_sky_1deg.csv``: (180, 360)
@@ -29,12 +29,19 @@ from benchmarks.flight.distant_earth import (
     reflected,
 )
 from benchmarks.flight.low_orbit import FACES, FaceLight, cube_light
-from benchmarks.flight.moon_images import correlation, disc_reflectance, measured, rendered
+from benchmarks.flight.moon_images import (
+    Overlay,
+    disc_reflectance,
+    measured,
+    overlay,
+    rendered,
+)
 from benchmarks.record import write_record
 from benchmarks.truth.page import Record, page
 from benchmarks.truth.rows import Row, Table, difference, relative
-from simgl.arrays import Array
+from simgl.arrays import Array, Image8
 from simgl.gpu.context import temporary_context
+from simgl.images import contact_sheet, png_bytes
 from simgl.output import check_writable, complete_file
 
 HEAD = """# Earth and Moon against flight data
@@ -86,7 +93,9 @@ seas for the rest. By Aqua-MODIS SEVIRI lies 8 and 6 % too low (Meirink et al. 2
 above LIME's. Both agree in colour; SEVIRI's on the scale of MODIS is the truth of the third row.
 simgl's bands are moved to the channels by LIME's spectrum. The correlation is between the image and
 simgl's, laid over it by the affine map that fits best: of the frame with its black sky,
-and of the lit disc alone. MTSAT-2 scanned with visible jumps from line to line.
+and of the lit disc alone. MTSAT-2 scanned with visible jumps from line to line. The command
+leaves the images, simgl's, and their ratio in `moon.png` of its folder; they are not simgl's to
+publish.
 
 **The air** is that of the U.S. Standard Atmosphere, 1976. Its density decides how high the limb
 stands, and bends the light of limb, stars and Sun.
@@ -273,8 +282,8 @@ _SEVIRI = (
 _RANGE = 0.025
 
 
-def moon_tables(gl: moderngl.Context, truth: Path) -> list[Table]:
-    """The Moon's light and its picture."""
+def moon_tables(gl: moderngl.Context, truth: Path) -> tuple[list[Table], dict[str, Overlay]]:
+    """The Moon's light and its picture, and by imager what the latter's rows are about."""
     seviri = measured(truth / "moon_msg3_seviri_2013-01-01T145644.nc")
     mtsat = measured(truth / "moon_mtsat2_2013-07-25T035138.nc")
     by_seviri, by_mtsat = rendered(gl, seviri), rendered(gl, mtsat)
@@ -286,15 +295,15 @@ def moon_tables(gl: moderngl.Context, truth: Path) -> list[Table]:
         light.append(relative(name, lime * level, shown[-1], _RANGE))
     colours = by_modis[1] / by_modis[0], shown[1] / shown[0]
     light.append(relative("810 nm over 635 nm, by MODIS", *colours, _RANGE))
+    overlays = {
+        "SEVIRI, phase angle 47 deg": overlay(seviri, 0, by_seviri.bands[..., 0]),
+        "MTSAT-2, phase angle 33 deg": overlay(mtsat, 0, by_mtsat.bands[..., 3]),
+    }
     alike = []
-    for name, image, seen, band, goals in (
-        ("SEVIRI, phase angle 47 deg", seviri, by_seviri, 0, (0.03, 0.1)),
-        ("MTSAT-2, phase angle 33 deg", mtsat, by_mtsat, 3, (0.03, 0.1)),
-    ):
-        likeness = correlation(image, 0, seen.bands[..., band])
-        for part, value, goal in zip(("frame", "lit disc"), likeness, goals, strict=True):
-            alike.append(difference(f"{name}, {part}", 1.0, value, goal))
-    return [
+    for name, one in overlays.items():
+        alike.append(difference(f"{name}, frame", 1.0, one.correlation, 0.03))
+        alike.append(difference(f"{name}, lit disc", 1.0, one.correlation_of_lit, 0.1))
+    tables = [
         Table(
             title="Light of the Moon",
             reference="SEVIRI on Meteosat-10, 2013-01-01, on the scale of LIME",
@@ -310,6 +319,17 @@ def moon_tables(gl: moderngl.Context, truth: Path) -> list[Table]:
             rows=alike,
         ),
     ]
+    return tables, overlays
+
+
+def _moon_sheet(overlays: dict[str, Overlay]) -> Image8:
+    """Each imager's picture, simgl's, and their ratio, on a row."""
+    panels = {
+        f"{name.split(',')[0]}, {panel}": image
+        for name, one in overlays.items()
+        for panel, image in one.panels.items()
+    }
+    return contact_sheet(panels, columns=3)
 
 
 def _over_visible(bands: Array, irradiance: Array) -> Array:
@@ -324,7 +344,9 @@ class _Run(msgspec.Struct, frozen=True, kw_only=True):
 
 def main(
     truth: Annotated[Path, typer.Option(help="Folder of the flight data.")],
-    out: Annotated[Path, typer.Option(help="Folder for flight.json and flight_truth.md.")],
+    out: Annotated[
+        Path, typer.Option(help="Folder for flight.json, flight_truth.md and moon.png.")
+    ],
     views: Annotated[int, typer.Option(help="Cameras about the Earth.")] = 48,
     hours: Annotated[int, typer.Option(help="Times of each date.")] = 4,
 ) -> None:
@@ -339,7 +361,7 @@ def main(
         albedo = in_bands(_ceres(truth, "all-sky"), clear=False)
         discs = noon_discs(gl, DISCS)
         on_cube = cube_light(gl, albedo)
-        of_moon = moon_tables(gl, truth)
+        of_moon, overlays = moon_tables(gl, truth)
     tables = [
         _albedo_table(truth, all_sky, clear),
         _parts_table(albedo, all_sky),
@@ -354,6 +376,8 @@ def main(
     record = msgspec.json.decode((out / "flight.json").read_bytes(), type=Record)
     with complete_file(out / "flight_truth.md") as part:
         part.write_text(page(record, HEAD))
+    with complete_file(out / "moon.png") as part:
+        part.write_bytes(png_bytes(_moon_sheet(overlays)))
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter, map_coordinates
 from scipy.optimize import minimize
 
-from simgl.arrays import Array
+from simgl.arrays import Array, Image8, Mask
 from simgl.physics.constants import ASTRONOMICAL_UNIT, MOON_RADIUS
 from simgl.physics.ephemeris import (
     itrf_from_icrf,
@@ -126,16 +126,53 @@ def disc_reflectance(image: MoonImage, channel: int, sunlight: float, seen: Seen
     return float(image.irradiance[channel] / (at_moon * share))
 
 
-def correlation(image: MoonImage, channel: int, seen: Array) -> tuple[float, float]:
-    """Of a measured image and simgl's, once laid over it: of the frame, and of the lit disc.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Overlay:
+    """A measured image and simgl's laid over it, 3 radii of the Moon wide.
+
+    measured, shown : (n, n), each in a unit of its own
+    correlation : of the frame
+    """
+
+    measured: Array
+    shown: Array
+    correlation: float
+
+    @property
+    def lit(self) -> Mask:
+        """Where the Moon is lit."""
+        return np.asarray(self.shown > 0.05 * self.shown.max())
+
+    @property
+    def correlation_of_lit(self) -> float:
+        """Of the lit disc alone."""
+        return float(np.corrcoef(self.shown[self.lit], self.measured[self.lit])[0, 1])
+
+    @property
+    def panels(self) -> dict[str, Image8]:
+        """The measured image, simgl's, and measured over simgl's: grey where that is its median."""
+        one, other = (
+            image / np.percentile(image[self.lit], 99.0) for image in (self.measured, self.shown)
+        )
+        ratio = np.where(self.lit, self.measured / np.where(self.lit, self.shown, 1.0), 0.0)
+        ratio /= 2.0 * np.median(ratio[self.lit])
+        named = {"measured": one, "simgl": other, "ratio, 0 to 2": ratio}
+        return {name: _grey(values) for name, values in named.items()}
+
+
+def _grey(values: Array) -> Image8:
+    codes = np.round(255.0 * np.clip(values, 0.0, 1.0)).astype(np.uint8)
+    return np.repeat(codes[..., None], 3, axis=2)
+
+
+def overlay(image: MoonImage, channel: int, seen: Array) -> Overlay:
+    """A measured image and simgl's, as the affine map with the largest correlation lays it.
 
     seen : (size, size) one of simgl's bands
     """
     target = _about_the_moon(image.radiance[..., channel], image.radius)
-    fitted = max((_laid_over(target, seen, turn) for turn in _TURNS), key=lambda one: one[0])
-    frame, laid = fitted
-    lit = laid > 0.05 * laid.max()
-    return frame, float(np.corrcoef(laid[lit], target[lit])[0, 1])
+    frame, laid = max((_laid_over(target, seen, turn) for turn in _TURNS), key=lambda one: one[0])
+    return Overlay(measured=target, shown=laid, correlation=frame)
 
 
 # Axes of simgl's image in radii of the Moon to start from: each corner of the frame first.
