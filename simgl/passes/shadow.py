@@ -168,9 +168,16 @@ class ShadowPass:
                 self._unused.remove(atlas)
                 atlas.hold(_key(maps))
                 return atlas
-        while sum(atlas.nbytes for atlas in self._unused) > _UNUSED_BYTES:
+        while self._unused and self._is_full:
             release_all(self._ctx, self._unused.pop(0))
         return _ShadowAtlas(self._ctx, maps)
+
+    @property
+    def _is_full(self) -> bool:
+        """Whether unused textures have to go before a new one comes."""
+        if len(self._unused) + len(self._atlases) >= MANY:
+            return True
+        return sum(atlas.nbytes for atlas in self._unused) > _UNUSED_BYTES
 
     def _draw_towards_sun(self, maps: Sequence[ShadowMap], atlas: _ShadowAtlas) -> None:
         self._caster.bind()

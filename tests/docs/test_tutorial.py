@@ -67,8 +67,8 @@ def test_the_loop_centres_the_target(tutorial: tuple[Path, str]) -> None:
         assert abs(angle[0]) > 0.06
         # Halved in each of seven steps from 0.067 rad at 60 m to 32 m, where it counts twice:
         # 0.001 rad; a pixel of these images is 0.0015 rad, of which the middle of hundreds of
-        # bright ones resolves a tenth.
-        assert abs(angle[-1]) < 0.0013
+        # bright ones resolves a tenth. It is printed to 0.0001.
+        assert abs(angle[-1]) < 0.0013 + 0.00005
 
 
 def test_blocks_are_saved_appended_and_skipped(tmp_path: Path) -> None:
