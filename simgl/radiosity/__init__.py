@@ -1,7 +1,8 @@
 """Interreflection: light between the surfaces of one spacecraft, traced once, solved per frame.
 
 A bake traces rays from a body's surfaces once (``bake``, with ``remesh``, ``patches``,
-``gather_points``, ``occlusion``, ``hemisphere``); its result, a ``light_transport``, stays in
+``gather_points``, ``occlusion``, ``hemisphere``, ``patch_cells``; ``light_grids`` where light is
+uneven, ``near_means`` where it is noise); its result, a ``light_transport``, stays in
 memory and in files (``transport_store``). In each frame ``patch_light`` solves for the light that
 leaves the patches under the ``incident_light``, by ``solver`` and what it has precomputed
 (``precomputed_response``, ``sunlit_patches``, ``sky_cells``). ``final_gather`` is the slow
