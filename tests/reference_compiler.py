@@ -8,6 +8,7 @@ in whichever process or run of the tests: the compiler takes longer than most te
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 import tempfile
@@ -28,6 +29,16 @@ _SUFFIXES = {
     "tess_control_shader": "tesc",
     "tess_evaluation_shader": "tese",
 }
+# Of a vertex stage, in vectors of four: NVIDIA's driver has them, Mesa one more.
+_OUTPUTS = 31
+# What this module checks besides the compiler: with a change here all programs are checked again.
+_OWN_CHECKS = "1"
+_STRUCT = re.compile(r"\bstruct\s+(\w+)\s*\{(.*?)\}\s*;", re.DOTALL)
+_MEMBER = re.compile(r"(\w+)\s+([^;{}]+);")
+_OUTPUT = re.compile(
+    r"^\s*(?:(?:flat|smooth|noperspective|centroid)\s+)*out\s+(\w+)\s+([^;{}]+);", re.M
+)
+_COLUMNS = {"mat2": 2, "mat3": 3, "mat4": 4}
 
 
 def reference_compiler() -> str | None:
@@ -49,6 +60,40 @@ def check_stages(compiler: str, stages: Mapping[str, str]) -> None:
         errors = [line for line in done.stdout.splitlines() if line.startswith("ERROR")]
         listing = "\n".join(errors)
         raise AssertionError(f"the reference compiler refuses what the driver took:\n{listing}")
+    _check_for_other_drivers(compiler, stages)
+
+
+def outputs_of(vertex: str) -> int:
+    """Vectors of four that the outputs of a vertex stage take, preprocessed: each member one."""
+    size = dict(_COLUMNS)
+
+    def taken(kind: str, names: str) -> int:
+        return size.get(kind, 1) * sum(
+            int((re.findall(r"\[(\d+)\]", name) or ["1"])[0]) for name in names.split(",")
+        )
+
+    for name, members in _STRUCT.findall(vertex):
+        size[name] = sum(taken(*member) for member in _MEMBER.findall(members))
+    outputs = [(kind, names) for kind, names in _OUTPUT.findall(vertex) if "gl_" not in names]
+    return sum(taken(*output) for output in outputs)
+
+
+def _check_for_other_drivers(compiler: str, stages: Mapping[str, str]) -> None:
+    """What the reference compiler takes and NVIDIA's driver does not.
+
+    It refuses constants made of the length of an array in a block, and more outputs of a vertex
+    stage than it has.
+    """
+    for suffix, text in stages.items():
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder, f"shader.{suffix}")
+            path.write_text(text, encoding="utf-8")
+            plain = run_to_end([compiler, "-E", str(path)]).stdout
+        lengths = re.findall(r"\bconst\b[^;]*\.\s*length\(\)[^;]*;", plain)
+        assert not lengths, f"the length of an array makes no constant everywhere: {lengths}"
+        if suffix == "vert":
+            taken = outputs_of(plain)
+            assert taken <= _OUTPUTS, f"{taken} outputs of a vertex stage, {_OUTPUTS} are possible"
 
 
 def version(compiler: str) -> str:
@@ -67,7 +112,7 @@ def check_programs(
     passed.mkdir(parents=True, exist_ok=True)
 
     def check(stages: Mapping[str, str], made: Any) -> Any:
-        mark = passed / content_digest((compiler_version, *sorted(stages.items())))
+        mark = passed / content_digest((_OWN_CHECKS, compiler_version, *sorted(stages.items())))
         if not mark.exists():
             try:
                 check_stages(compiler, stages)

@@ -15,7 +15,9 @@
 
 out vec4 radiance;
 
-const int ARCS = 3, LAYERS = aurora_layers.length();
+// GLSL 3.30 takes the length of an array of a block for no constant.
+#define LAYERS aurora_layers.length()
+const int ARCS = 3;
 // Layers below this one, up to 170 km, have rays.
 const int RAYED = 8;
 // Places of the arcs' middle lines across the oval, 0 towards the pole.

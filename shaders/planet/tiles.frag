@@ -1,9 +1,11 @@
 // Ground and clouds on tiles whose corners tiles.vert has found; nothing is seen past them.
 #include "planet/ground.glsl"
+#include "planet/packed_place.glsl"
+#include "planet/sea_at_corners.glsl"
 
-noperspective in Place place;
+noperspective in PackedPlace parts;
 noperspective in vec4 light;
-#if defined(SEA_AT_CORNERS) && !defined(GLINT)
+#ifdef SEA_IS_EVEN
 noperspective in Sea sea;
 #endif
 
@@ -11,11 +13,8 @@ layout(location = 0, index = 0) out vec4 radiance;
 layout(location = 0, index = 1) out vec4 beyond;
 
 void main() {
-    Place here = place;
-#ifndef ONE_FACE
-    here.turn = turn_at(here.normal);
-#endif
-#if !defined(SEA_AT_CORNERS) || defined(GLINT)
+    Place here = in_full(parts);
+#ifndef SEA_IS_EVEN
     Sea sea = sea_at(here);
 #endif
     radiance = light + mapped_sight(here, sea, 1.0, 1.0).light;

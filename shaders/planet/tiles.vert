@@ -2,12 +2,15 @@
 // pixel, found here.
 #include "planet/ground.glsl"
 #include "planet/ray.glsl"
+#define TILE_CORNERS
+#include "planet/packed_place.glsl"
+#include "planet/sea_at_corners.glsl"
 
 in vec2 corner;
 
-noperspective out Place place;
+noperspective out PackedPlace parts;
 noperspective out vec4 light;
-#if defined(SEA_AT_CORNERS) && !defined(GLINT)
+#ifdef SEA_IS_EVEN
 noperspective out Sea sea;
 #endif
 
@@ -17,7 +20,7 @@ void main() {
     float discriminant = max(ray.discriminant, 0.0);
     float root = sqrt(discriminant), stretch = sqrt(ray.dd);
     float cloud_t = clouds_t(ray, clouds_discriminant(ray));
-    place = place_at(ray.d, outside / (root - ray.od), cloud_t, max(root / stretch, 1e-3));
+    Place place = place_at(ray.d, outside / (root - ray.od), cloud_t, max(root / stretch, 1e-3));
     AirRay air = air_ray(ray.d / stretch, ray.od / stretch, discriminant / ray.dd, 1.0);
     place = place_through(air, place);
 #ifndef SEA
@@ -27,7 +30,8 @@ void main() {
 #ifdef RELIEF_AT_CORNERS
     place.slope = mapped_slope(textureLod(form_map, place.ground.on_map, place.levels.x - map_halvings.y).rg);
 #endif
-#if defined(SEA_AT_CORNERS) && !defined(GLINT)
+#ifdef SEA_IS_EVEN
     sea = sea_at(place);
 #endif
+    parts = in_parts(place);
 }

@@ -55,7 +55,8 @@ struct Sum {
 };
 
 #ifdef SOFT
-const int MAX_CELLS = cell_shares.length() / 3;   // along the edge of a pixel
+// Along the edge of a pixel. GLSL 3.30 takes the length of an array of a block for no constant.
+#define MAX_CELLS (cell_shares.length() / 3)
 #endif
 
 const Sum NOTHING = Sum(vec4(0.0), Share(0.0), Share(0.0));

@@ -31,6 +31,28 @@ def test_what_only_a_lenient_driver_takes_is_refused(gl: moderngl.Context) -> No
         gl.program(vertex_shader=VERTEX, fragment_shader=lenient)
 
 
+def test_the_length_of_an_array_is_no_constant() -> None:
+    """NVIDIA's compiler: "non constant expression in initialization"; Khronos' one takes it."""
+    assert COMPILER is not None
+    block = "layout(std140) uniform Table { vec4 rows[3]; };\n"
+    bad = FRAGMENT.replace("out vec4", f"{block}const int ROWS = rows.length();\nout vec4")
+    bad = bad.replace("vec4(1.0)", "rows[ROWS - 1]")
+    with pytest.raises(AssertionError, match="makes no constant"):
+        checks.check_stages(COMPILER, {"vert": VERTEX, "frag": bad})
+
+
+def test_outputs_of_a_vertex_stage_are_counted_by_members() -> None:
+    text = """
+struct Pair { vec2 place; float weight, height; };
+struct Many { Pair pairs[2]; mat3 turn; };
+noperspective out Many many;
+flat out uint part;
+out float gl_ClipDistance[4];
+in vec2 corner;
+"""
+    assert checks.outputs_of(text) == 2 * 3 + 3 + 1
+
+
 def test_programs_of_a_pass_reach_the_compiler(
     gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
