@@ -87,6 +87,13 @@ class InterreflectionPass:
             if last is None or last.made_of != made_of:
                 besides = self._executor.submit(self.light.besides_sky, one.model, transport, light)
                 self._begun[one.instance] = _Begun(made_of=made_of, besides_sky=besides)
+        self._reserve(len(self._begun))
+
+    def _reserve(self, bodies: int) -> None:
+        """What a frame needs of all of its bodies stays in memory for the next one."""
+        self._transports.reserve(bodies)
+        self.light.reserve(bodies)
+        self._grids.reserve(2 * bodies)
 
     def draw(
         self,

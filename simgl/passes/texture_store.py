@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from PIL import Image as Pillow
 
 from simgl.arrays import IndexArray
-from simgl.gpu.context import is_software
 from simgl.lru_cache import MANY, LruCache
 from simgl.scene.textures import MIRROR, REPEAT, Image, SurfaceTextures
 
@@ -20,9 +19,6 @@ IMAGE_UNITS = {
     "normal_images": 14,
     "emission_images": 15,
 }
-# Cells longer than this many times their width are read as if they were wider. Software renderers
-# filter such cells by a wide Gaussian that blurs enlarged images too; there a cell counts as round.
-_ANISOTROPY = 16.0
 _EMPTY = Image(values=np.zeros((1, 1, 1), dtype=np.float16))
 
 
@@ -97,8 +93,6 @@ class TextureStore:
         array = self._ctx.texture_array(size, channels, content, alignment=1, dtype="f2")
         array.build_mipmaps()
         array.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
-        if not is_software(self._ctx):
-            array.anisotropy = min(_ANISOTROPY, self._ctx.max_anisotropy)
         # Images that end at their edges are kept there by the shader.
         array.repeat_x = array.repeat_y = True
         return array

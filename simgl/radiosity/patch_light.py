@@ -64,6 +64,10 @@ class PatchLight:
         self._cosines = LruCache[bytes, Array32](_MAX_COSINES)
         self._hidden = LruCache[bytes, Array32](_MAX_COSINES)
 
+    def reserve(self, bodies: int) -> None:
+        """So many, the last ones, stay in memory whatever their size."""
+        self._surfaces.reserve(bodies)
+
     def exitance(
         self,
         model: SpacecraftModel,

@@ -60,6 +60,11 @@ class TransportStore:
         )
         self._posed = LruCache[tuple[str, bool], PosedTransport](MANY, max_bytes=MAX_BYTES)
 
+    def reserve(self, bodies: int) -> None:
+        """The transports of so many, the last ones, stay in memory whatever their size."""
+        for transports in (self._transports, self._jointed, self._posed):
+            transports.reserve(bodies)
+
     def of(
         self,
         model: SpacecraftModel,

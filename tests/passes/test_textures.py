@@ -123,6 +123,29 @@ def test_dark_and_light_texels_average_to_their_linear_mean_far_away(
         np.testing.assert_allclose(seen, from_sun(0.5), rtol=1e-3)
 
 
+def test_lines_along_the_view_stay_sharp_at_grazing_incidence(
+    gl: moderngl.Context, tmp_path: Path
+) -> None:
+    """Seen 10 deg above the square, ten texels lie along a pixel and less than two across."""
+    lines = 255 * (np.arange(256) // 2 % 2)
+    document = square()
+    texture = document.texture(np.tile(lines[None, :, None], (256, 1, 3)))
+    document.json["materials"] = [plain(baseColorTexture={"index": texture})]
+    craft = {"model": str(document.write_glb(tmp_path / "a.glb")), "position_icrf_m": [0, 0, 0]}
+    angle, distance = np.radians(10.0), 2.0 * RANGE / 3.0
+    position = distance * np.array([0.0, -np.cos(angle), np.sin(angle)])
+    camera = {
+        "position_icrf_m": position.tolist(),
+        "boresight": (-position / distance).tolist(),
+        "up": [0.0, 0.0, 1.0],
+    }
+    image = radiance(gl, scene({"craft": craft}, camera))
+    row = image[SIZE // 2, :, 1]
+    seen = row[row > 0.0][8:-8]
+    # A line of two texels is 1.2 pixels wide: nearly black and white.
+    assert np.ptp(seen) > 0.8 * 2.0 * seen.mean()
+
+
 @pytest.mark.parametrize("wrap", ["repeat", "clamp", "mirror"])
 def test_an_image_goes_on_past_its_edges_as_its_sampler_says(
     gl: moderngl.Context, tmp_path: Path, wrap: str

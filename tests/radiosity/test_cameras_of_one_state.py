@@ -11,8 +11,9 @@ import pytest
 
 from simgl import Product, Simulator
 from simgl.arrays import Array32
+from simgl.radiosity.precomputed_response import PrecomputedResponse
 from simgl.radiosity.solver import vertex_irradiance
-from simgl.scene.state import SceneState
+from simgl.scene.state import SceneState, SunInDirection
 from tests.radiosity.boxes import c6_scene
 
 RADIANCE = frozenset({Product.RADIANCE})
@@ -87,3 +88,34 @@ def test_another_material_or_attitude_has_its_own_solution(
             assert np.any(picture(simulator, other, "cam") != first)
             np.testing.assert_array_equal(picture(simulator, state, "cam"), first)
     assert len(solved) == 5
+
+
+def test_bodies_of_a_scene_stay_in_memory_whatever_their_size(
+    gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where they do not fit, each frame would solve all of them anew."""
+    made: list[int] = []
+
+    def watched(*arguments: Any) -> PrecomputedResponse:
+        made.append(1)
+        return PrecomputedResponse(*arguments)
+
+    monkeypatch.setattr("simgl.radiosity.patch_light.PrecomputedResponse", watched)
+    for module in ("radiosity.patch_light", "radiosity.transport_store"):
+        monkeypatch.setattr(f"simgl.{module}.MAX_BYTES", 1)
+    scenario = c6_scene(0.8, on=True)
+    state = scenario.at(scenario.epoch_tai_ns)
+    (body,) = state.bodies.values()
+    darker = replace(body.model, materials=tuple(c6_scene(0.4, on=True).models["box"].materials))
+    beside = replace(body.pose, position=body.pose.position + np.array([0.0, 1.0, 0.0]))
+    bodies = {"box": body, "darker": replace(body, model=darker, pose=beside)}
+    with Simulator(scenario, gl) as simulator:
+        for frame in range(4):
+            # Where it stands still, a frame takes the light of the last one.
+            angle = np.radians(45.0 + 0.01 * frame)
+            towards = np.array([-np.sin(angle), 0.0, np.cos(angle)])
+            assert isinstance(state.sun, SunInDirection)
+            sun = replace(state.sun, direction_icrf=towards)
+            picture(simulator, replace(state, sun=sun, bodies=bodies), "cam")
+    # The first frame does not know yet how many there are.
+    assert 2 <= len(made) <= 3
