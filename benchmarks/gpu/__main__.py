@@ -8,6 +8,8 @@ library alone, since the wheels are unpacked first.
 
 wheels : pip download --only-binary=:all: --python-version 3.12 -d DIR PACKAGE...
 out : gets gpu.json, bench.json, the page report/index.html, doctor.txt and tests.txt
+
+The tests run first, and beside them each scene once, which fills the caches; then the scenes alone.
 """
 
 from __future__ import annotations
@@ -21,14 +23,20 @@ import subprocess
 import sys
 import tempfile
 import time
+from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 # Whatever draws; the other tests do not know a GPU from a CPU.
 TESTS = ("tests/passes", "tests/gpu", "tests/radiometry", "tests/simulator", "tests/reference")
-# Of each step [s]; together nine minutes.
-LIMITS_S = {"unpack": 60.0, "doctor": 30.0, "bench": 270.0, "tests": 180.0}
+# The set "gpu" of simgl bench, which cannot be imported before the wheels are unpacked.
+SCENES = (
+    *("source_600", "earth_1280", "camera_1280", "bay_1280", "square_2048", "reference_1280"),
+    *("four_cameras", "docking_20m", "docking_3m"),
+)
+# Of each step [s]; together ten minutes.
+LIMITS_S = {"unpack": 60.0, "doctor": 30.0, "fill": 180.0, "bench": 270.0, "tests": 180.0}
 
 
 def _unpack(wheels: Path, site: Path) -> None:
@@ -54,9 +62,12 @@ class _Steps:
         }
 
     def run(self, name: str, *arguments: str) -> tuple[str, float | None]:
-        """Output, which also goes to NAME.txt, and seconds: None past the limit, which ends it."""
+        """Output, which also goes to NAME.txt, and seconds: None past the limit, which ends it.
+
+        The limit is that of the first word of the name.
+        """
         command = [sys.executable, *arguments]
-        limit = LIMITS_S[name]
+        limit = LIMITS_S[name.partition("_")[0]]
         start = time.perf_counter()
         seconds = None
         with (self._out / f"{name}.txt").open("w+") as log:
@@ -96,6 +107,11 @@ def _counts(log: str) -> dict[str, int]:
     return {word: int(n) for n, word in re.findall(r"(\d+) (passed|failed|skipped)", last)}
 
 
+def _failures(log: str) -> list[str]:
+    """Tests that failed, each once."""
+    return sorted(set(re.findall(r"^(?:FAILED|ERROR) (\S+)", log, re.MULTILINE)))
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, add_help=True)
     parser.add_argument("--wheels", type=Path, required=True)
@@ -111,10 +127,8 @@ def main() -> None:
         _unpack(options.wheels, site)
         steps = _Steps(out, site, caches)
         doctor, _ = steps.run("doctor", "-m", "simgl", "doctor")
+        tests, tests_s = _tests_beside_scenes(steps, options)
         bench, bench_s = steps.run("bench", "-m", "simgl", "bench", *_bench_options(options, out))
-        workers = str(min(8, os.cpu_count() or 1))
-        pytest = ("-m", "pytest", "-q", "-n", workers, "-p", "no:cacheprovider")
-        tests, tests_s = steps.run("tests", *pytest, "-o", "filterwarnings=default", *options.tests)
         results = out / "bench.json"
         record = {
             "date": datetime.now(UTC).date().isoformat(),
@@ -123,10 +137,28 @@ def main() -> None:
             "doctor": doctor.splitlines(),
             "bench": json.loads(results.read_bytes()) if results.exists() else bench,
             "bench_s": bench_s,
-            "tests": {**_counts(tests), "seconds": tests_s},
+            "tests": {**_counts(tests), "seconds": tests_s, "failures": _failures(tests)},
         }
         (out / "gpu.json").write_text(json.dumps(record, indent=2) + "\n")
         print(doctor, bench, json.dumps(record["tests"]), sep="\n")
+
+
+def _tests_beside_scenes(steps: _Steps, options: argparse.Namespace) -> tuple[str, float | None]:
+    """Log of the tests and their seconds; the caches then have what the scenes need."""
+    workers = str(min(8, os.cpu_count() or 1))
+    # A package that the wheels lack fails the tests that need it, and no others.
+    going_on = ("--continue-on-collection-errors", "-o", "filterwarnings=default")
+    pytest = ("-m", "pytest", "-q", "-n", workers, "-p", "no:cacheprovider", *going_on)
+    scenes = options.scene or SCENES
+    with ThreadPoolExecutor(len(scenes) + 1) as executor:
+        tests = executor.submit(steps.run, "tests", *pytest, *options.tests)
+        for scene in scenes:
+            executor.submit(steps.run, f"fill_{scene}", *_once(scene))
+    return tests.result()
+
+
+def _once(scene: str) -> tuple[str, ...]:
+    return ("-m", "simgl", "bench", "--scene", scene, "--frames", "5", "--seconds", "1")
 
 
 def _bench_options(options: argparse.Namespace, out: Path) -> list[str]:

@@ -120,7 +120,8 @@ SETS = {
         scenes=(
             *_at(0.1, "source_600"),
             *_at(0.1, "earth_1280", "camera_1280", "bay_1280", linked=False),
-            *_at(0.1, "square_2048", "reference_1280", "docking_20m", linked=False),
+            *_at(0.1, "square_2048", "reference_1280", "four_cameras", linked=False),
+            *_at(0.1, "docking_20m", "docking_3m", linked=False),
         ),
         starts=("help", "warm", "cold"),
     ),

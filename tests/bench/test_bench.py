@@ -13,6 +13,7 @@ import moderngl
 import numpy as np
 import pytest
 
+from benchmarks.gpu.__main__ import SCENES as ON_A_GPU
 from simgl.arrays import Image8
 from simgl.bench.earth_tables import earth_tables
 from simgl.bench.frame_times import WARM_UP, FrameLoop, epochs_of
@@ -137,6 +138,10 @@ def test_each_state_of_the_four_cameras_is_captured_by_all_or_in_turn() -> None:
 
 def test_sets_hold_shipped_scenes() -> None:
     assert {t.scene for s in SETS.values() for t in s.scenes} <= set(bench_scenes())
+
+
+def test_the_gpu_benchmark_fills_the_caches_of_all_its_scenes() -> None:
+    assert {timed.scene for timed in SETS["gpu"].scenes} == set(ON_A_GPU)
 
 
 def test_a_step_holds_for_every_scene_of_a_set() -> None:
