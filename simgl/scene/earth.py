@@ -27,7 +27,7 @@ from simgl.physics.spectrum import BANDS, Bands, PerBand, channels
 CLEAR_ALBEDO, CLOUDY_ALBEDO = 0.13, 0.27
 # In other bands that of the sea stays, as waves do most of it, and that of the land, of which these
 # are the means and the share of the Earth, follows its spectrum.
-_MEAN_LAND, _LAND_SHARE = (0.209, 0.195, 0.159, 0.340), 0.29
+_MEAN_LAND, _LAND_SHARE = (0.215, 0.198, 0.154, 0.340), 0.29
 
 
 # Textures of this width are possible on every OpenGL 3.3 driver that runs simgl.
