@@ -9,6 +9,7 @@ from typing import Any
 import moderngl
 import numpy as np
 
+from simgl.arrays import AnyArray
 from simgl.errors import ShaderError
 
 _SCALARS = {"f4": ("float", "vec"), "i4": ("int", "ivec"), "u4": ("uint", "uvec")}
@@ -74,27 +75,57 @@ class Block:
         return f"layout(std140, row_major) uniform {self.name} {{\n{body}\n}};\n"
 
 
-class UniformBuffer:
-    """A block's bytes on the GPU."""
+# OpenGL's largest step between blocks that one buffer holds [bytes].
+_SLOT = 256
 
-    def __init__(self, ctx: moderngl.Context, block: Block) -> None:
+
+class UniformBuffer:
+    """A block's bytes on the GPU, several times where slots differ in some of its fields."""
+
+    def __init__(self, ctx: moderngl.Context, block: Block, slots: int = 1) -> None:
         self.block = block
         self._fields = {name for name in block.dtype.names or () if "_padding" not in name}
-        self._buffer = ctx.buffer(reserve=block.dtype.itemsize)
+        self._size = block.dtype.itemsize
+        self._step = self._size if slots == 1 else -(-self._size // _SLOT) * _SLOT
+        assert block.dtype.fields is not None
+        fields = block.dtype.fields
+        self._slot = np.dtype(
+            {
+                "names": list(fields),
+                "formats": [dtype for dtype, *_ in fields.values()],
+                "offsets": [offset for _, offset, *_ in fields.values()],
+                "itemsize": self._step,
+            }
+        )
+        self._buffer = ctx.buffer(reserve=slots * self._step)
+        self._written = b""
 
-    def write(self, values: Mapping[str, Any]) -> None:
-        """Pack and upload; every field must be given, but for those named ``..._padding...``."""
-        data = np.zeros((), dtype=self.block.dtype)
-        missing = self._fields ^ values.keys()
+    def write(
+        self, values: Mapping[str, Any], by_slot: Mapping[str, AnyArray] | None = None
+    ) -> None:
+        """Pack, and upload what has changed; every field must be given, but for those named
+        ``..._padding...``.
+
+        values : of every slot
+        by_slot : of the first, the second and so on, all of one length
+        """
+        by_slot = by_slot or {}
+        given = {**values, **by_slot}
+        missing = self._fields ^ given.keys()
         if missing:
             raise ShaderError(f"block {self.block.name}: fields {sorted(missing)} do not match")
-        for name, value in values.items():
+        count = len(next(iter(by_slot.values()), " "))
+        data = np.zeros(count, dtype=self._slot)
+        for name, value in given.items():
             data[name] = value
-        self._buffer.write(data.tobytes())
+        if (packed := data.tobytes()) != self._written:
+            self._buffer.write(packed)
+            self._written = packed
 
-    def bind(self) -> None:
-        """Bind to the block's binding point."""
-        self._buffer.bind_to_uniform_block(self.block.binding)
+    def bind(self, slot: int = 0) -> None:
+        """Bind a slot to the block's binding point."""
+        place = {"offset": slot * self._step, "size": self._size}
+        self._buffer.bind_to_uniform_block(self.block.binding, **place)
 
     def release(self) -> None:
         """Free the buffer."""
