@@ -12,10 +12,11 @@ import re
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import lru_cache
 
 import erfa
 
-from simgl.arrays import Array
+from simgl.arrays import AnyArray, Array
 from simgl.physics.constants import ASTRONOMICAL_UNIT
 
 NANOSECONDS_PER_DAY = 86_400_000_000_000
@@ -95,8 +96,17 @@ def sun_position(tai_ns: int) -> Array:
 
     From SOFA's epv00.
     """
-    heliocentric, _ = erfa.epv00(*julian_date_tt(tai_ns))
+    heliocentric, _ = earth_motion(tai_ns)
     return -heliocentric["p"] * ASTRONOMICAL_UNIT
+
+
+# A scene asks several times for its epoch.
+@lru_cache(maxsize=16)
+def earth_motion(tai_ns: int) -> tuple[AnyArray, AnyArray]:
+    """The Earth's centre from the Sun and from the solar system's barycentre, ICRS axes: place "p"
+    [au] and velocity "v" [au d-1], (3,) each, of SOFA's epv00."""
+    heliocentric, barycentric = erfa.epv00(*julian_date_tt(tai_ns))
+    return heliocentric, barycentric
 
 
 def moon_position(tai_ns: int) -> Array:

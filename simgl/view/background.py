@@ -130,7 +130,7 @@ class SkyView:
     face_texels : along an edge of each
     R_sky_from_body : (3, 3) to those axes from the body axes of the spacecraft that sees it
     moon : None where the Moon gives no light, or is the main light and so no part of the sky
-    key : equal keys mean equal faces and Moons
+    key : equal keys mean equal faces and Moons: what these are made of
     """
 
     faces: tuple[Background, ...]
@@ -211,13 +211,14 @@ def _sky_around(state: SceneState, about: EarthState, name: str, owner: BodyStat
     axes = np.stack([RIGHT, DOWN, FORWARD], axis=1)
     faces = tuple(face(one, texels) for one, texels in zip(axes, face_texels, strict=True))
     moon = _moon_in_sky(state, owner)
-    parts = (*faces,) if moon is None else (*faces, moon)
+    turned = earth.sphere_from_icrf.tobytes(), R_body_from_icrf.tobytes()
+    shared = replace(faces[0], planet=earth.view)
     return SkyView(
         faces=faces,
         face_texels=face_texels,
         R_sky_from_body=np.eye(3),
         moon=moon,
-        key=tuple(value for part in parts for value in _key(part)),
+        key=(face_texels, *turned, *_key(shared), *(() if moon is None else _key(moon))),
     )
 
 
