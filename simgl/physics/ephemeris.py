@@ -76,6 +76,8 @@ def utc_from_tai_ns(tai_ns: int) -> str:
     return f"{year:04d}-{month:02d}-{day:02d}T{hour:02d}:{minute:02d}:{second:02d}{fraction}"
 
 
+# A scene asks for its epoch several times.
+@lru_cache(maxsize=16)
 def julian_date_tt(tai_ns: int) -> tuple[float, float]:
     """Terrestrial Time as a two-part Julian date."""
     days, rest = divmod(tai_ns, NANOSECONDS_PER_DAY)
@@ -100,7 +102,6 @@ def sun_position(tai_ns: int) -> Array:
     return -heliocentric["p"] * ASTRONOMICAL_UNIT
 
 
-# A scene asks several times for its epoch.
 @lru_cache(maxsize=16)
 def earth_motion(tai_ns: int) -> tuple[AnyArray, AnyArray]:
     """The Earth's centre from the Sun and from the solar system's barycentre, ICRS axes: place "p"
@@ -117,6 +118,7 @@ def moon_position(tai_ns: int) -> Array:
 def itrf_from_icrf(tai_ns: int) -> Array:
     """R_itrf_from_icrf by the IAU 2006/2000A precession-nutation, with UT1 = UTC."""
     tt = julian_date_tt(tai_ns)
+    utc = utc_julian_date(tai_ns)
     with _future_leap_seconds_accepted():
-        ut1 = erfa.utcut1(*utc_julian_date(tai_ns), 0.0)
+        ut1 = erfa.utcut1(*utc, 0.0)
     return erfa.c2t06a(*tt, *ut1, 0.0, 0.0)

@@ -81,7 +81,7 @@ class BackgroundTiles:
 class MapCells:
     """What the cells of equirectangular maps hold.
 
-    sums : (rows + 1, columns + 1, 3) of their corners: how many of the cells above and left of each
+    sums : (3, rows + 1, columns + 1) of their corners: how many of the cells above and left of each
         are not all open sea, not all inland, not free of thin high cloud
     """
 
@@ -192,7 +192,7 @@ def ground_tiles(
         # The clouds that are seen before a place stand beside it.
         slant = np.clip(low[0], 0.05, 1.0)
         parallax = _clouds(planet) * np.sqrt(1.0 - slant**2) / slant
-        sea, land, cloudless = _untouched(cells, low[1:3], high[1:3], parallax)
+        sea, land, cloudless = _untouched(cells, low[1:], high[1:], parallax)
     shortened = np.maximum(corners.slant, 1e-3)
     spacing = corners.distance / np.sqrt(shortened)
     noise_spacing = spacing * np.maximum(_LONG_EDGE / np.sqrt(shortened), 1.0)
@@ -353,11 +353,11 @@ def _untouched(cells: MapCells, low: Array, high: Array, margin: Array) -> AnyAr
     """(3, images, rows, columns) whether the cells of a map that tiles touch are all open sea, all
     inland, all free of thin high cloud; never of tiles by the date line.
 
-    low, high : (2, images, rows, columns) latitude and longitude [rad]
+    low, high : (3, images, rows, columns) latitude and longitude [rad], sine of latitude
     margin : how far off the tiles cells are touched, too [rad]
     """
-    rows, columns = cells.sums.shape[0] - 1, cells.sums.shape[1] - 1
-    across = np.cos(np.maximum(high[0], -low[0]))
+    rows, columns = (length - 1 for length in cells.sums.shape[1:])
+    across = np.sqrt(np.maximum(1.0 - np.maximum(high[2], -low[2]) ** 2, 0.0))
     tall = 0.5 + rows / np.pi * margin
     wide = 0.5 + 0.5 * columns / np.pi * margin / np.maximum(across, 1e-3)
     top = np.floor((0.5 - high[0] / np.pi) * rows - tall)
@@ -369,11 +369,11 @@ def _untouched(cells: MapCells, low: Array, high: Array, margin: Array) -> AnyAr
     first, last = np.clip(left, 0, columns), np.clip(right, 0, columns)
 
     def counted(row: Array, column: Array) -> AnyArray:
-        return cells.sums.reshape(-1, 3)[(row + column).astype(np.int64)]
+        return cells.sums.reshape(3, -1).take((row + column).astype(np.int64), axis=1, mode="clip")
 
     within = counted(below, last) - counted(above, last)
     none = within == counted(below, first) - counted(above, first)
-    return np.moveaxis(none, -1, 0) & inside
+    return np.asarray(none & inside)
 
 
 def _from_faces(normal: Array, margin: float) -> Array:

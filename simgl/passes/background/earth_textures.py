@@ -120,7 +120,7 @@ class EarthTextures:
             self._smaller = None
             not_sea, not_land = self._shores
             high = cell_sums(over_cells(np.maximum, self._weather_levels[0][..., 2]) > 0)
-            self.cells = MapCells(sums=np.stack([not_sea, not_land, high], axis=-1))
+            self.cells = MapCells(sums=np.stack([not_sea, not_land, high]))
             self._clouds = earth.clouds
         if not self._tables:
             self._tables = [_frost_texture(self._ctx), _cloud_reflection(self._ctx)]
