@@ -84,21 +84,13 @@ class UniformBuffer:
 
     def __init__(self, ctx: moderngl.Context, block: Block, slots: int = 1) -> None:
         self.block = block
-        self._fields = {name for name in block.dtype.names or () if "_padding" not in name}
         self._size = block.dtype.itemsize
         self._step = self._size if slots == 1 else -(-self._size // _SLOT) * _SLOT
-        assert block.dtype.fields is not None
-        fields = block.dtype.fields
-        self._slot = np.dtype(
-            {
-                "names": list(fields),
-                "formats": [dtype for dtype, *_ in fields.values()],
-                "offsets": [offset for _, offset, *_ in fields.values()],
-                "itemsize": self._step,
-            }
-        )
         self._buffer = ctx.buffer(reserve=slots * self._step)
-        self._written = b""
+        self._packed, self._written = np.zeros((slots, self._step), dtype=np.uint8), b""
+        packed = self._packed[:, : self._size].view(block.dtype)[:, 0]
+        names = block.dtype.names or ()
+        self._fields = {name: packed[name] for name in names if "_padding" not in name}
 
     def write(
         self, values: Mapping[str, Any], by_slot: Mapping[str, AnyArray] | None = None
@@ -107,18 +99,17 @@ class UniformBuffer:
         ``..._padding...``.
 
         values : of every slot
-        by_slot : of the first, the second and so on, all of one length
+        by_slot : of the first, the second and so on
         """
-        by_slot = by_slot or {}
-        given = {**values, **by_slot}
-        missing = self._fields ^ given.keys()
-        if missing:
-            raise ShaderError(f"block {self.block.name}: fields {sorted(missing)} do not match")
-        count = len(next(iter(by_slot.values()), " "))
-        data = np.zeros(count, dtype=self._slot)
-        for name, value in given.items():
-            data[name] = value
-        if (packed := data.tobytes()) != self._written:
+        given = {**values, **by_slot} if by_slot else values
+        if given.keys() != self._fields.keys():
+            missing = sorted(given.keys() ^ self._fields.keys())
+            raise ShaderError(f"block {self.block.name}: fields {missing} do not match")
+        for name, value in values.items():
+            self._fields[name][...] = value
+        for name, value in (by_slot or {}).items():
+            self._fields[name][: len(value)] = value
+        if (packed := self._packed.tobytes()) != self._written:
             self._buffer.write(packed)
             self._written = packed
 
