@@ -261,15 +261,15 @@ def planet_values(
     cloud_height = clouds.height / earth.equatorial_radius if clouds else 0.0
     bottom = glow_bottom(earth.bands)
     layers = np.stack([bottom, bottom + GLOW_DEPTH]) / earth.equatorial_radius
-    own = _earth_values(earth)
-    return own | {
+    of_earth = _earth_values(earth)
+    return of_earth | {
         "camera_in_sphere": (*planet.camera_in_sphere, 0.0),
         "sun_direction_itrf": (*planet.sun_direction_itrf, 0.0),
         "earth_sun_irradiance": planet.sun_irradiance,
         "ice_reflectance": ice_reflectance(planet.year_share, earth.bands),
         "year_share": planet.year_share,
-        "sodium_lamps": own["sodium_lamps"] * lamps,
-        "white_lamps": own["white_lamps"] * lamps,
+        "sodium_lamps": of_earth["sodium_lamps"] * lamps,
+        "white_lamps": of_earth["white_lamps"] * lamps,
         "glow": _glow(planet),
         "glow_outside": planet.outside - layers * (2.0 + layers),
         "outside": planet.outside,
