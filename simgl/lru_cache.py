@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
+from functools import cached_property
 from threading import RLock
 from typing import Generic, TypeVar
 
@@ -13,6 +14,17 @@ Value = TypeVar("Value")
 # A number of values for caches that their bytes bound. Small values cost more than their bytes:
 # objects of Python and OpenGL, and what else was computed for them.
 MANY = 64
+
+
+class HashedOnce(tuple[object, ...]):
+    """A key of many values that several caches ask for: its hash is worked out once."""
+
+    @cached_property
+    def _hash(self) -> int:
+        return super().__hash__()
+
+    def __hash__(self) -> int:
+        return self._hash
 
 
 class LruCache(Generic[Key, Value]):

@@ -5,8 +5,7 @@
 #define TILE_CORNERS
 #include "planet/packed_place.glsl"
 #include "planet/sea_at_corners.glsl"
-
-in vec2 corner;
+#include "common/tile_corner.glsl"
 
 noperspective out PackedPlace parts;
 noperspective out vec4 light;
@@ -15,8 +14,9 @@ noperspective out Sea sea;
 #endif
 
 void main() {
-    gl_Position = vec4(corner * area.zw - 1.0, 0.0, 1.0);
-    Ray ray = ray_through(area.xy + corner);
+    vec2 pixel = area.xy + tile_corner();
+    gl_Position = vec4(pixel * area.zw - 1.0, 0.0, 1.0);
+    Ray ray = ray_through(pixel);
     float discriminant = max(ray.discriminant, 0.0);
     float root = sqrt(discriminant), stretch = sqrt(ray.dd);
     float cloud_t = clouds_t(ray, clouds_discriminant(ray));

@@ -6,100 +6,91 @@ from collections.abc import Mapping, Sequence
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
-from simgl.arrays import Mask
+from simgl.arrays import IndexArray
 from simgl.gpu.program import load_program
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.uniform_blocks import Block
-from simgl.lru_cache import LruCache
 
-# Of the masks in use: a view has a few, and images of other sizes have others.
-_MAX_INSTANCES = 16
+# Edge of the largest tiles [pixels]; those of the next sizes have half of it, a quarter and so on.
+LARGEST_TILE = 32
+# A corner's index says where it lies: no buffer holds it. Wide enough for images of 17,000 pixels
+# and tiles of 8; llvmpipe finds corners shaded before by the last 8 bits of their index, and so
+# those of the row above where a row has up to 128 tiles.
+_ROW, _SIZE = 2176, 1 << 24
+
+Faces = NDArray[np.uint32]
+
+
+def tile_faces(x: IndexArray, y: IndexArray, size: int, width: int = 1, height: int = 1) -> Faces:
+    """(n, 6) indices of the two triangles of each of some rectangles.
+
+    x, y : (n,) of the first tile, in tiles from the image's corner
+    size : of these tiles: each more halves their edge
+    width, height : of the rectangles, in tiles
+    """
+    right, down = width, height * _ROW
+    corners = np.array([0, right, down, down, right, right + down])
+    return ((size * _SIZE + y * _ROW + x)[:, None] + corners).astype(np.uint32)
+
+
+class TileFaces:
+    """The faces that are drawn next."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self.buffer = ctx.buffer(reserve=24, dynamic=True)
+
+    def write(self, faces: Faces) -> None:
+        """Replace them: (n, 6) of ``tile_faces``."""
+        if len(faces):
+            self.buffer.orphan(faces.nbytes)
+            self.buffer.write(faces.data)
+
+    def release(self) -> None:
+        """Free the buffer."""
+        self.buffer.release()
 
 
 class TileQuads:
-    """The shaders ``NAME.vert`` and ``NAME.frag``, drawn over tiles.
+    """The shader ``NAME.frag``, drawn over tiles.
 
-    The vertex shader reads ``corner``: a tile's corner from that of the viewport [pixels].
-
+    faces : that it draws; several programs share them
+    vertex : vertex stage, which calls ``tile_corner()`` of ``common/tile_corner.glsl``
     samplers : their texture units
     shared : blocks that it reads, bound by whoever owns them
     """
 
+    @all_or_nothing
     def __init__(
         self,
         ctx: moderngl.Context,
         name: str,
+        faces: TileFaces,
+        vertex: str,
         samplers: Mapping[str, int],
         defines: Sequence[str],
         *,
         shared: Sequence[Block],
         spare: Sequence[Block] = (),
     ) -> None:
+        corners = {"TILE_ROW": _ROW, "TILE_SIZE": _SIZE, "LARGEST_TILE": LARGEST_TILE}
         self._program = load_program(
             ctx,
             name,
+            vertex=vertex,
             blocks=shared,
             spare=spare,
             samplers=samplers,
-            defines=dict.fromkeys(defines, 1),
+            defines=dict.fromkeys(defines, 1) | corners,
         )
-        self._ctx = ctx
-        self._instances = LruCache[tuple[int, int], _QuadInstances](
-            _MAX_INSTANCES, _QuadInstances.release
-        )
+        self._array = ctx.vertex_array(self._program, [], index_buffer=faces.buffer)
 
-    def draw(self, tiles: Mask, edge: int, slot: int = 0) -> None:
-        """The tiles of a mask (rows, columns).
-
-        edge : of a tile [pixels]
-        slot : masks of one edge that are drawn in turn each keep their faces in a slot
-        """
-        if not tiles.any():
-            return
-
-        def made() -> _QuadInstances:
-            return _QuadInstances(self._ctx, self._program, edge)
-
-        self._instances.get((edge, slot), made).draw(tiles)
+    def draw(self, first: int, count: int) -> None:
+        """So many faces, from one of them on."""
+        self._array.render(moderngl.TRIANGLES, vertices=6 * count, first=6 * first)
 
     def release(self) -> None:
         """Free everything."""
-        self._instances.clear()
+        self._array.release()
         self._program.release()
-
-
-class _QuadInstances:
-    """The faces of one mask, uploaded when it changes."""
-
-    @all_or_nothing
-    def __init__(self, ctx: moderngl.Context, program: moderngl.Program, edge: int) -> None:
-        self._edge = edge
-        self._corners = ctx.buffer(reserve=16, dynamic=True)
-        self._indices = ctx.buffer(reserve=16, dynamic=True)
-        self._array = ctx.vertex_array(
-            program, [(self._corners, "2f", "corner")], index_buffer=self._indices
-        )
-        self._drawn: tuple[tuple[int, ...], bytes] | None = None
-        self._count = 0
-
-    def draw(self, tiles: Mask) -> None:
-        key = tiles.shape, tiles.tobytes()
-        if key != self._drawn:
-            self._drawn = None
-            row, column = np.nonzero(tiles)
-            rows, columns = tiles.shape
-            y, x = np.mgrid[: rows + 1, : columns + 1]
-            corners = self._edge * np.stack([x, y], axis=-1).astype(np.float32)
-            first = row * (columns + 1) + column
-            below = first + columns + 1
-            faces = np.stack([first, first + 1, below, below, first + 1, below + 1], axis=1)
-            for buffer, data in ((self._corners, corners), (self._indices, faces.astype("<u4"))):
-                buffer.orphan(max(data.nbytes, 16))
-                buffer.write(data.tobytes())
-            self._drawn, self._count = key, 6 * row.size
-        self._array.render(moderngl.TRIANGLES, vertices=self._count)
-
-    def release(self) -> None:
-        for item in (self._array, self._corners, self._indices):
-            item.release()

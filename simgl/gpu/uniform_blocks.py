@@ -9,6 +9,7 @@ from typing import Any
 import moderngl
 import numpy as np
 
+from simgl.arrays import AnyArray
 from simgl.errors import ShaderError
 
 _SCALARS = {"f4": ("float", "vec"), "i4": ("int", "ivec"), "u4": ("uint", "uvec")}
@@ -74,27 +75,48 @@ class Block:
         return f"layout(std140, row_major) uniform {self.name} {{\n{body}\n}};\n"
 
 
+# OpenGL's largest step between blocks that one buffer holds [bytes].
+_SLOT = 256
+
+
 class UniformBuffer:
-    """A block's bytes on the GPU."""
+    """A block's bytes on the GPU, several times where slots differ in some of its fields."""
 
-    def __init__(self, ctx: moderngl.Context, block: Block) -> None:
+    def __init__(self, ctx: moderngl.Context, block: Block, slots: int = 1) -> None:
         self.block = block
-        self._fields = {name for name in block.dtype.names or () if "_padding" not in name}
-        self._buffer = ctx.buffer(reserve=block.dtype.itemsize)
+        self._size = block.dtype.itemsize
+        self._step = self._size if slots == 1 else -(-self._size // _SLOT) * _SLOT
+        self._buffer = ctx.buffer(reserve=slots * self._step)
+        self._packed, self._written = np.zeros((slots, self._step), dtype=np.uint8), b""
+        packed = self._packed[:, : self._size].view(block.dtype)[:, 0]
+        names = block.dtype.names or ()
+        self._fields = {name: packed[name] for name in names if "_padding" not in name}
 
-    def write(self, values: Mapping[str, Any]) -> None:
-        """Pack and upload; every field must be given, but for those named ``..._padding...``."""
-        data = np.zeros((), dtype=self.block.dtype)
-        missing = self._fields ^ values.keys()
-        if missing:
-            raise ShaderError(f"block {self.block.name}: fields {sorted(missing)} do not match")
+    def write(
+        self, values: Mapping[str, Any], by_slot: Mapping[str, AnyArray] | None = None
+    ) -> None:
+        """Pack, and upload what has changed; every field must be given, but for those named
+        ``..._padding...``.
+
+        values : of every slot
+        by_slot : of the first, the second and so on
+        """
+        given = {**values, **by_slot} if by_slot else values
+        if given.keys() != self._fields.keys():
+            missing = sorted(given.keys() ^ self._fields.keys())
+            raise ShaderError(f"block {self.block.name}: fields {missing} do not match")
         for name, value in values.items():
-            data[name] = value
-        self._buffer.write(data.tobytes())
+            self._fields[name][...] = value
+        for name, value in (by_slot or {}).items():
+            self._fields[name][: len(value)] = value
+        if (packed := self._packed.tobytes()) != self._written:
+            self._buffer.write(packed)
+            self._written = packed
 
-    def bind(self) -> None:
-        """Bind to the block's binding point."""
-        self._buffer.bind_to_uniform_block(self.block.binding)
+    def bind(self, slot: int = 0) -> None:
+        """Bind a slot to the block's binding point."""
+        place = {"offset": slot * self._step, "size": self._size}
+        self._buffer.bind_to_uniform_block(self.block.binding, **place)
 
     def release(self) -> None:
         """Free the buffer."""

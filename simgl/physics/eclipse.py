@@ -300,4 +300,6 @@ def past_the_moon(
     distance = float(np.linalg.norm(offset))
     separation = angle_between(offset, sun_direction)
     moon_angular_radius = float(np.arcsin(MOON_RADIUS / distance))
+    if separation >= sun_angular_radius + moon_angular_radius:
+        return np.ones(4)
     return visible_light_fraction(sun_angular_radius, moon_angular_radius, separation, limb)

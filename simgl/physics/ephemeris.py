@@ -12,10 +12,11 @@ import re
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import lru_cache
 
 import erfa
 
-from simgl.arrays import Array
+from simgl.arrays import AnyArray, Array
 from simgl.physics.constants import ASTRONOMICAL_UNIT
 
 NANOSECONDS_PER_DAY = 86_400_000_000_000
@@ -75,6 +76,8 @@ def utc_from_tai_ns(tai_ns: int) -> str:
     return f"{year:04d}-{month:02d}-{day:02d}T{hour:02d}:{minute:02d}:{second:02d}{fraction}"
 
 
+# A scene asks for its epoch several times.
+@lru_cache(maxsize=16)
 def julian_date_tt(tai_ns: int) -> tuple[float, float]:
     """Terrestrial Time as a two-part Julian date."""
     days, rest = divmod(tai_ns, NANOSECONDS_PER_DAY)
@@ -95,8 +98,16 @@ def sun_position(tai_ns: int) -> Array:
 
     From SOFA's epv00.
     """
-    heliocentric, _ = erfa.epv00(*julian_date_tt(tai_ns))
+    heliocentric, _ = earth_motion(tai_ns)
     return -heliocentric["p"] * ASTRONOMICAL_UNIT
+
+
+@lru_cache(maxsize=16)
+def earth_motion(tai_ns: int) -> tuple[AnyArray, AnyArray]:
+    """The Earth's centre from the Sun and from the solar system's barycentre, ICRS axes: place "p"
+    [au] and velocity "v" [au d-1], (3,) each, of SOFA's epv00."""
+    heliocentric, barycentric = erfa.epv00(*julian_date_tt(tai_ns))
+    return heliocentric, barycentric
 
 
 def moon_position(tai_ns: int) -> Array:
@@ -107,6 +118,7 @@ def moon_position(tai_ns: int) -> Array:
 def itrf_from_icrf(tai_ns: int) -> Array:
     """R_itrf_from_icrf by the IAU 2006/2000A precession-nutation, with UT1 = UTC."""
     tt = julian_date_tt(tai_ns)
+    utc = utc_julian_date(tai_ns)
     with _future_leap_seconds_accepted():
-        ut1 = erfa.utcut1(*utc_julian_date(tai_ns), 0.0)
+        ut1 = erfa.utcut1(*utc, 0.0)
     return erfa.c2t06a(*tt, *ut1, 0.0, 0.0)

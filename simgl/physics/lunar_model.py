@@ -14,14 +14,15 @@ the measured reflectance of the Lunar Irradiance Model of ESA (LIME; Toledano et
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from simgl.arrays import Array
 from simgl.physics.constants import MOON_RADIUS
 from simgl.physics.ephemeris import julian_date_tt
+from simgl.physics.frames import rotation_zxz
 from simgl.physics.spectrum import BANDS, Bands
 
 # Wavelengths [nm], and there the coefficients a0 to a3 and d1 to d3 of the disc's reflectance, of
@@ -181,5 +182,5 @@ def moon_from_icrf(tai_ns: int) -> Array:
     alpha = 269.9949 + 0.0031 * d / 36525.0 + np.sum(_ROTATION[:, 2] * np.sin(e))
     delta = 66.5392 + 0.0130 * d / 36525.0 + np.sum(_ROTATION[:, 3] * np.cos(e))
     w = 38.3213 + 13.17635815 * d - 1.4e-12 * d * d + np.sum(_ROTATION[:, 4] * np.sin(e))
-    turns = Rotation.from_euler("ZXZ", [alpha + 90.0, 90.0 - delta, w % 360.0], degrees=True)
-    return np.asarray(turns.as_matrix().T)
+    turns = (math.radians(angle) for angle in (alpha + 90.0, 90.0 - delta, w % 360.0))
+    return rotation_zxz(*turns).T

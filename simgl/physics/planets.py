@@ -15,7 +15,7 @@ import numpy as np
 
 from simgl.arrays import Array
 from simgl.physics.constants import ASTRONOMICAL_UNIT, LIGHT_SPEED
-from simgl.physics.ephemeris import julian_date_tt
+from simgl.physics.ephemeris import earth_motion, julian_date_tt
 from simgl.physics.spectrum import BANDS, Bands
 from simgl.physics.starlight import band_irradiance
 
@@ -52,12 +52,10 @@ class Planet:
 
 def planets(tai_ns: int, bands: Bands = BANDS) -> tuple[Planet, ...]:
     """Mercury, Venus, Mars, Jupiter and Saturn at an epoch."""
-    day, rest = julian_date_tt(tai_ns)
-    heliocentric, _ = erfa.epv00(day, rest)
-    earth = np.asarray(heliocentric["p"])
     result = []
-    for (name, number, _, _), of_magnitude_0 in zip(_PLANETS, _magnitude_0(bands), strict=True):
-        from_sun, from_earth = _places(number, day, rest, earth)
+    for (name, *_), of_magnitude_0, from_sun, from_earth in zip(
+        _PLANETS, _magnitude_0(bands), *_places(tai_ns), strict=True
+    ):
         v = magnitude(name, from_sun, from_earth)
         light, position = 10.0 ** (-0.4 * v) * of_magnitude_0, from_earth * ASTRONOMICAL_UNIT
         result.append(Planet(name=name, magnitude=v, position=position, irradiance=light))
@@ -73,14 +71,16 @@ def _magnitude_0(bands: Bands) -> Array:
     return light
 
 
-def _places(number: int, day: float, rest: float, earth: Array) -> tuple[Array, Array]:
-    """(3,) from the Sun and from the Earth [au], when the light left that arrives at an epoch."""
-    motion = erfa.plan94(day, rest, number)
+def _places(tai_ns: int) -> tuple[Array, Array]:
+    """(n, 3) of each planet from the Sun and from the Earth [au], when the light left that arrives
+    at an epoch."""
+    earth = earth_motion(tai_ns)[0]["p"]
+    motion = erfa.plan94(*julian_date_tt(tai_ns), [number for _, number, *_ in _PLANETS])
     from_sun = now = np.asarray(motion["p"])
     # Straight on for minutes: of Mercury's orbit 3e-8 au are lost. Planets move at less than 2e-4
     # of light's speed: the second round is exact to 1e-8 of the way.
     for _ in range(2):
-        distance = float(np.linalg.norm(from_sun - earth)) * ASTRONOMICAL_UNIT
+        distance = np.linalg.norm(from_sun - earth, axis=1, keepdims=True) * ASTRONOMICAL_UNIT
         from_sun = now - motion["v"] * (distance / LIGHT_SPEED / _DAY)
     return from_sun, from_sun - earth
 

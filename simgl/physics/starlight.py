@@ -5,12 +5,11 @@ Catalogue directions are unit vectors in ICRS axes at the epoch J1991.25 (TT).
 
 from __future__ import annotations
 
-import erfa
 import numpy as np
 
 from simgl.arrays import Array
 from simgl.physics.constants import ASTRONOMICAL_UNIT, LIGHT_SPEED
-from simgl.physics.ephemeris import julian_date_tt
+from simgl.physics.ephemeris import earth_motion, julian_date_tt
 from simgl.physics.spectrum import BANDS, Bands, Curve, rgbn_curve
 
 EPOCH_JD_TT = 2448349.0625  # J1991.25
@@ -96,7 +95,7 @@ def years_since_catalogue(tai_ns: int) -> float:
 
 def earth_from_barycentre(tai_ns: int) -> tuple[Array, Array]:
     """Position (3,) [m] and velocity (3,) [m s-1] of the Earth's centre, ICRS axes (SOFA epv00)."""
-    _, barycentric = erfa.epv00(*julian_date_tt(tai_ns))
+    _, barycentric = earth_motion(tai_ns)
     position = barycentric["p"] * ASTRONOMICAL_UNIT
     return position, barycentric["v"] * (ASTRONOMICAL_UNIT / 86400.0)
 

@@ -61,7 +61,7 @@ class StarSky:
     years : since the catalogue's epoch [Julian years]
     earth_position, earth_velocity : (3,) of the Earth's centre from the solar system's barycentre
         [m], [m s-1]
-    planets : those drawn with the stars
+    tai_ns, bands : of the planets that are drawn with the stars; None draws none
     diffuse : whether zodiacal light and stars too faint for the catalogue shine between them
     """
 
@@ -69,8 +69,14 @@ class StarSky:
     years: float
     earth_position: Array
     earth_velocity: Array
-    planets: tuple[Planet, ...] = ()
+    tai_ns: int | None = None
+    bands: Bands = BANDS
     diffuse: bool = False
+
+    @cached_property
+    def planets(self) -> tuple[Planet, ...]:
+        """Those drawn with the stars; nobody asks where the Earth hides them all."""
+        return () if self.tai_ns is None else planets(self.tai_ns, self.bands)
 
     def mean_radiance(self, bands: Bands) -> Array:
         """(4,) of all that shines in it but the planets, spread over the sky [W m-2 sr-1]."""
@@ -86,7 +92,8 @@ def star_sky(catalogue: StarCatalogue, tai_ns: int, bands: Bands = BANDS) -> Sta
         years=years_since_catalogue(tai_ns),
         earth_position=position,
         earth_velocity=velocity,
-        planets=planets(tai_ns, bands),
+        tai_ns=tai_ns,
+        bands=bands,
         diffuse=True,
     )
 

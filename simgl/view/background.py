@@ -14,6 +14,7 @@ import numpy as np
 from simgl.arrays import Array, Array32
 from simgl.environment_map import DOWN, FORWARD, RIGHT
 from simgl.errors import ConfigError
+from simgl.lru_cache import HashedOnce
 from simgl.physics.air_profile import AIR_TOP
 from simgl.physics.frames import cross, unit
 from simgl.physics.lunar_model import moonlight
@@ -130,14 +131,14 @@ class SkyView:
     face_texels : along an edge of each
     R_sky_from_body : (3, 3) to those axes from the body axes of the spacecraft that sees it
     moon : None where the Moon gives no light, or is the main light and so no part of the sky
-    key : equal keys mean equal faces and Moons
+    key : equal keys mean equal faces and Moons: what these are made of
     """
 
     faces: tuple[Background, ...]
     face_texels: tuple[int, ...]
     R_sky_from_body: Array
     moon: MoonInSky | None
-    key: tuple[object, ...]
+    key: HashedOnce
 
     @property
     def texels(self) -> int:
@@ -146,8 +147,7 @@ class SkyView:
 
     def with_edge(self, texels: int) -> tuple[Background, ...]:
         """The faces with so many texels along an edge."""
-        half = 0.5 * texels
-        intrinsics = _float32(np.array([[half, 0.0, half], [0.0, half, half], [0.0, 0.0, 1.0]]))
+        intrinsics = _float32(_of_face(0.5 * texels))
         return tuple(replace(face, intrinsics=intrinsics) for face in self.faces)
 
 
@@ -185,16 +185,19 @@ def sky_view(state: SceneState, name: str, body: BodyState) -> SkyView | None:
     owner = _first_within(state, body, _SAME_SKY * earth.view.height)
     of_state = _skies.setdefault(state, {})
     if owner not in of_state:
-        of_state[owner] = _sky_around(state, state.earth, name, owner)
+        if owner is not body:
+            earth = _earth_from(state, state.earth, owner.pose.position, f"[spacecraft.{name}]")
+        of_state[owner] = _sky_around(state, state.earth, earth, owner)
     if owner is body:
         return of_state[owner]
     R_sky_from_body = owner.pose.R_icrf_from_body.T @ body.pose.R_icrf_from_body
     return replace(of_state[owner], R_sky_from_body=R_sky_from_body)
 
 
-def _sky_around(state: SceneState, about: EarthState, name: str, owner: BodyState) -> SkyView:
-    """What a spacecraft sees that looks along its own axes; name : of one that sees the same."""
-    earth = _earth_from(state, about, owner.pose.position, f"[spacecraft.{name}]")
+def _sky_around(
+    state: SceneState, about: EarthState, earth: _EarthFrom, owner: BodyState
+) -> SkyView:
+    """What a spacecraft sees that looks along its own axes; earth : from its place."""
     R_body_from_icrf = owner.pose.R_icrf_from_body.T
     seen = state.sun.seen_from(owner.pose.position)
     face_texels = _face_texels(earth, seen.direction_icrf, R_body_from_icrf)
@@ -203,22 +206,27 @@ def _sky_around(state: SceneState, about: EarthState, name: str, owner: BodyStat
 
     def face(axes: Array, texels: int) -> Background:
         half = 0.5 * texels
-        intrinsics = np.array([[half, 0.0, half], [0.0, half, half], [0.0, 0.0, 1.0]])
         cone = ImageCone(float(np.arctan(np.sqrt(2.0))), 1.0 / half)
         stars = None if state.stars is None else _even_sky(half, state.stars, state.bands)
-        return _background(intrinsics, axes @ R_body_from_icrf, cone, seen, earth, stars)
+        return _background(_of_face(half), axes @ R_body_from_icrf, cone, seen, earth, stars)
 
     axes = np.stack([RIGHT, DOWN, FORWARD], axis=1)
     faces = tuple(face(one, texels) for one, texels in zip(axes, face_texels, strict=True))
     moon = _moon_in_sky(state, owner)
-    parts = (*faces,) if moon is None else (*faces, moon)
+    turned = earth.sphere_from_icrf.tobytes(), R_body_from_icrf.tobytes()
+    shared = replace(faces[0], planet=earth.view)
     return SkyView(
         faces=faces,
         face_texels=face_texels,
         R_sky_from_body=np.eye(3),
         moon=moon,
-        key=tuple(value for part in parts for value in _key(part)),
+        key=HashedOnce((face_texels, *turned, *_key(shared), *(_key(moon) if moon else ()))),
     )
+
+
+def _of_face(half: float) -> Array:
+    """(3, 3) intrinsics of a face that is twice ``half`` texels wide."""
+    return np.array([[half, 0.0, half], [0.0, half, half], [0.0, 0.0, 1.0]])
 
 
 def _even_sky(half: float, stars: StarSky, bands: Bands) -> CelestialView:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -37,41 +38,28 @@ _LONG_EDGE = 0.9
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BackgroundTiles:
-    """What is seen where in an image: masks (rows, columns) of tiles, no two on one place.
+    """What is seen where in some images: masks (images, rows, columns) of tiles, those of the first
+    five on different places.
 
     even : on the ground, which they see change evenly
     finer : on the ground, which their ``PARTS`` see change evenly
-    calm : even ones of which ``MERGED`` along each edge may be one tile
     ground : with other ground on them
     air : that miss the ground; what is in none of these masks misses air and clouds, too
-    one_face : those of the even and the finer ones on one face of the noise's cube
-    two_faces : (3, rows, columns) likewise those on the faces about all axes but the first, the
-        second, or the third
-    sea, land : likewise those that have no shore on them
-    high_clouds : those of the even and the finer ones that may have thin high cloud before them
-    frosted : those of all that may have sea ice or snow on them
-    glint : those of all on which the sea may mirror the Sun so that gusts and slicks show
-    low, high : (rows, columns) sines of the Sun's height there, the least and the most
-    pixel : (rows, columns) edge of a pixel on the ground of the even and the finer ones [m]
-    noise_pixel : (rows, columns) the same, or most of its long edge: noise is no finer [m]
+    calm : even ones of which ``MERGED`` along each edge may be one tile
+    low, high : sines of the Sun's height, the least and the most
+    glint : on which the sea may mirror the Sun so that gusts and slicks show
+    known : what they show in any light
     """
 
     even: Mask
     finer: Mask
-    calm: Mask
     ground: Mask
     air: Mask
-    one_face: Mask
-    two_faces: Mask
-    sea: Mask
-    land: Mask
-    high_clouds: Mask
-    frosted: Mask
-    glint: Mask
+    calm: Mask
     low: Array
     high: Array
-    pixel: Array
-    noise_pixel: Array
+    glint: Mask
+    known: GroundTiles
 
     @property
     def any(self) -> Mask:
@@ -84,16 +72,8 @@ class BackgroundTiles:
             self,
             even=self.even & mask,
             finer=self.finer & mask,
-            calm=self.calm & mask,
             ground=self.ground & mask,
             air=self.air & mask,
-            one_face=self.one_face & mask,
-            two_faces=self.two_faces & mask,
-            sea=self.sea & mask,
-            land=self.land & mask,
-            high_clouds=self.high_clouds & mask,
-            frosted=self.frosted & mask,
-            glint=self.glint & mask,
         )
 
 
@@ -101,91 +81,149 @@ class BackgroundTiles:
 class MapCells:
     """What the cells of equirectangular maps hold.
 
-    Each is (rows + 1, columns + 1) of their corners: how many of those above and left of it are
-
-    shores : not all open sea
-    waters : not all inland
-    high_clouds : not free of thin high cloud
+    sums : (3, rows + 1, columns + 1) of their corners: how many of the cells above and left of each
+        are not all open sea, not all inland, not free of thin high cloud
     """
 
-    shores: IndexArray
-    waters: IndexArray
-    high_clouds: IndexArray
+    sums: IndexArray
 
 
-def tiles_of(
+@dataclass(frozen=True, kw_only=True, eq=False)
+class GroundTiles:
+    """What the tiles of some images show of the Earth in any light, (images, rows, columns) each.
+
+    All but the first three tell of tiles with nothing but ground on them.
+
+    ground, air : whether there is any
+    frosted : whether there may be sea ice or snow
+    bend : root of how fast slant or longitude change, of what is even; no number for other tiles
+    one_face : whether they lie on one face of the noise's cube
+    two_faces : (3, images, rows, columns) on the faces about all axes but the first, the second, or
+        the third
+    sea, land : without a shore
+    high_clouds : whether there may be thin high cloud before it
+    pixel : edge of a pixel on the ground [m]
+    noise_pixel : the same, or most of its long edge: noise is no finer [m]
+    normal : (3, images, rows + 1, columns + 1) of the ground at their corners, ITRF
+    view : towards the camera there, ITRF; None where gusts and slicks show nowhere
+    """
+
+    ground: Mask
+    air: Mask
+    frosted: Mask
+    bend: Array
+    one_face: Mask
+    two_faces: Mask
+    sea: Mask
+    land: Mask
+    high_clouds: Mask
+    pixel: Array
+    noise_pixel: Array
+    normal: Array
+    view: Array | None
+
+    def in_light_of(self, sun_direction_itrf: Array32) -> BackgroundTiles:
+        """The tiles in the light of the Sun, or of the Moon in its place."""
+        sun = sun_direction_itrf.astype(np.float64)
+        sine = np.tensordot(sun, self.normal, 1)
+        low, high = _extremes(sine)
+        bend = unevenness(self.bend, low, high)
+        even = bend < 1.0
+        finer = (bend < PARTS) & ~even
+        seen = even | finer
+        return BackgroundTiles(
+            even=even,
+            finer=finer,
+            ground=self.ground & ~seen,
+            air=self.air & ~self.ground,
+            # A quarter of the even tiles' error: 1/32 pixel.
+            calm=bend < 1.0 / (2.0 * MERGED),
+            low=low,
+            high=high,
+            glint=self._glinting(sun, sine, high),
+            known=self,
+        )
+
+    def _glinting(self, sun: Array, sine: Array, highest: Array) -> Mask:
+        """Whether the sea of a tile, if it has any, shows gusts and slicks by the Sun's glint."""
+        if self.view is None:
+            return np.zeros_like(self.ground)
+        # Of the normal from half-way between camera and Sun.
+        across = np.sqrt(np.maximum(2.0 + 2.0 * np.tensordot(sun, self.view, 1), 1e-12))
+        cosine = np.maximum((_dot(self.view, self.normal) + sine) / across, 0.05)
+        low, high = _extremes(1.0 / cosine**2 - 1.0)
+        return (low - (high - low) < _NO_GUSTS) & (highest > 0.0)
+
+
+def ground_tiles(
     planets: Sequence[PlanetView],
     intrinsics: Array32,
     size: tuple[int, int],
     cells: MapCells | None = None,
     *,
     noise: bool = True,
-) -> list[BackgroundTiles]:
-    """The tiles of each of some images: found together, those of small images take little longer
-    than those of one.
+) -> GroundTiles:
+    """The tiles of some images: found together, those of small images take little longer than those
+    of one.
 
-    planets : one Earth from one place in one light, before pinholes that look elsewhere
+    planets : one Earth from one place, before pinholes that look elsewhere
     intrinsics : (3, 3) of every image [pixels]
     size : width and height [pixels]; the last tiles may reach past it
     cells : of the maps; None where nothing is known of them
     noise : whether the images show any
     """
     planet = planets[0]
-    corners = corners_on_ground(planets, intrinsics, size)
-    even, finer = even_tiles(corners), even_tiles(corners, PARTS)
-    finer &= ~even
-    # A quarter of the even tiles' error: 1/32 pixel.
-    calm = even & even_tiles(corners, 1.0 / (2.0 * MERGED))
-    one_face, two_faces = np.ones_like(even), np.zeros((3, *even.shape), dtype=bool)
+    corners = _corners_on_ground(planets, intrinsics, size)
+    x, y, z = corners.normal
+    latitude, longitude = np.arctan2(z, np.hypot(x, y)), np.arctan2(y, x)
+    low, high = _extremes(np.stack([corners.slant, latitude, longitude, z]))
+    slanted = (high[0] - low[0]) / (_SLANT_CHANGE * np.maximum(low[0], 1e-9))
+    bend = np.sqrt(np.maximum(slanted, (high[2] - low[2]) / _LONGITUDE_CHANGE))
+    bend[~_over_corners(np.logical_and, corners.meets)] = np.inf
+    ground, air = _ground_and_air(planets, intrinsics, size)
+    one_face, two_faces = np.ones_like(ground), np.zeros((3, *ground.shape), dtype=bool)
     if noise:
-        margin = _CHART_SEAM + _CLOUD_REACH * _cloud_height(planet)
-        one_face = _on_one_face(corners.normal, margin)
-        if not one_face.all():
-            two_faces = _on_two_faces(corners.normal, margin) & ~one_face
-    nearest = _nadir_angles(planets, intrinsics, size)
-    distance = float(np.sqrt(1.0 + planet.outside))
-    height = 0.0 if planet.earth.air is None else AIR_TOP / planet.earth.equatorial_radius
-    cloud_tops = _cloud_tops(planet)
-    top = 1.0 + max(height, cloud_tops)
-    ground = nearest < np.arcsin(min((1.0 + cloud_tops) / distance, 1.0))
-    air = (nearest < np.arcsin(top / distance)) if distance > top else np.ones_like(ground)
+        away = _extremes(_from_faces(corners.normal, _CHART_SEAM + _CLOUD_REACH * _clouds(planet)))
+        two_faces = away[0] > 0.0
+        one_face = two_faces.sum(axis=0) == 2
+        two_faces = two_faces & ~one_face
+    sea, land, cloudless = np.zeros((3, *ground.shape), dtype=bool)
+    if cells is not None:
+        # The clouds that are seen before a place stand beside it.
+        slant = np.clip(low[0], 0.05, 1.0)
+        parallax = _clouds(planet) * np.sqrt(1.0 - slant**2) / slant
+        sea, land, cloudless = _untouched(cells, low[1:], high[1:], parallax)
     shortened = np.maximum(corners.slant, 1e-3)
     spacing = corners.distance / np.sqrt(shortened)
     noise_spacing = spacing * np.maximum(_LONG_EDGE / np.sqrt(shortened), 1.0)
     per_pixel = 0.25 * planet.earth.equatorial_radius / float(intrinsics[0, 0])
-    seen = even | finer
-    sea = land = np.zeros_like(even)
-    high_clouds = seen
-    if cells is not None and seen.any():
-        # The clouds that are seen before a place stand beside it.
-        slant = np.clip(_lowest(corners.slant), 0.05, 1.0)
-        parallax = _cloud_height(planet) * np.sqrt(1.0 - slant**2) / slant
-        touched = _Touched.by(corners, cells.shores.shape, parallax)
-        sea = seen & touched.none(cells.shores)
-        land = seen & touched.none(cells.waters)
-        high_clouds = seen & ~touched.none(cells.high_clouds)
-    arrays = {
-        "even": even,
-        "finer": finer,
-        "calm": calm,
-        "ground": ground & ~seen,
-        "air": air & ~ground,
-        "one_face": one_face & seen,
-        "two_faces": np.moveaxis(two_faces & seen, 1, 0),
-        "sea": sea,
-        "land": land,
-        "high_clouds": high_clouds,
-        "frosted": _frosted(planets[0], corners),
-        "glint": _glinting(planets[0], corners, noise=noise),
-        "low": _lowest(corners.sun),
-        "high": _highest(corners.sun),
-        "pixel": per_pixel * _over_corners(np.add, spacing),
-        "noise_pixel": per_pixel * _over_corners(np.add, noise_spacing),
-    }
-    return [
-        BackgroundTiles(**{name: array[face] for name, array in arrays.items()})
-        for face in range(len(planets))
-    ]
+    pixels = per_pixel * _over_corners(np.add, np.stack([spacing, noise_spacing]))
+    return GroundTiles(
+        ground=ground,
+        air=air,
+        frosted=_frosted(planet, low[3], high[3]),
+        bend=bend,
+        one_face=one_face,
+        two_faces=two_faces,
+        sea=sea,
+        land=land,
+        high_clouds=~cloudless,
+        pixel=pixels[0],
+        noise_pixel=pixels[1],
+        normal=corners.normal,
+        view=corners.view if planet.earth.wind_varies and noise else None,
+    )
+
+
+def unevenness(bend: Array, low: Array, high: Array) -> Array:
+    """How unevenly tiles see the ground change: below 1 where evenly enough, and by a factor less
+    across each of so many parts along an edge.
+
+    bend : of what does not depend on the light
+    low, high : sines of the Sun's height
+    """
+    height = np.maximum(np.minimum(np.abs(low), np.abs(high)), _TWILIGHT)
+    return np.maximum(bend, (high - low) / (_SUN_CHANGE * height))
 
 
 def tiles_behind(bare: Mask, corner: tuple[int, int], edge: float, size: tuple[int, int]) -> Mask:
@@ -223,196 +261,159 @@ def tiles_behind(bare: Mask, corner: tuple[int, int], edge: float, size: tuple[i
     return hidden[:rows, :columns]
 
 
-def _frosted(planet: PlanetView, corners: Corners) -> Mask:
-    """Whether a tile may have ice or snow on it, with what its corners span as a margin."""
-    sine = corners.normal[..., 2]
+def _frosted(planet: PlanetView, low: Array, high: Array) -> Mask:
+    """Whether a tile may have ice or snow on it, with what its corners span as a margin.
+
+    low, high : sines of latitude
+    """
     if not planet.earth.frost:
-        return np.zeros_like(_highest(sine), dtype=bool)
+        return np.zeros(low.shape, dtype=bool)
     south, north = np.sin(frost_limits(planet.year_share))
-    margin = _range(sine) + 1e-3
-    return (_highest(sine) + margin > north) | (_lowest(sine) - margin < south)
+    margin = high - low + 1e-3
+    return (high + margin > north) | (low - margin < south)
 
 
-def _glinting(planet: PlanetView, corners: Corners, *, noise: bool) -> Mask:
-    """Whether the sea of a tile, if it has any, shows gusts and slicks by the Sun's glint."""
-    if not (planet.earth.wind_varies and noise):
-        return np.zeros_like(_highest(corners.sun), dtype=bool)
-    half_way = _unit(corners.view + planet.sun_direction_itrf.astype(np.float64))
-    cosine = np.maximum(np.einsum("...i,...i", half_way, corners.normal), 0.05)
-    steepness = 1.0 / cosine**2 - 1.0
-    return (_lowest(steepness) - _range(steepness) < _NO_GUSTS) & (_highest(corners.sun) > 0.0)
-
-
-def _cloud_height(planet: PlanetView) -> float:
-    """In Earth radii."""
+def _clouds(planet: PlanetView) -> float:
+    """Height of the layer of clouds, in Earth radii."""
     clouds = planet.earth.clouds
     return 0.0 if clouds is None else clouds.height / planet.earth.equatorial_radius
 
 
-def _cloud_tops(planet: PlanetView) -> float:
-    """Height of the highest towers, in Earth radii."""
-    clouds = planet.earth.clouds
-    return 0.0 if clouds is None else clouds.top / planet.earth.equatorial_radius
-
-
-def _nadir_angles(
+def _ground_and_air(
     planets: Sequence[PlanetView], intrinsics: Array32, size: tuple[int, int]
-) -> Array:
-    """(images, rows, columns) least angle from nadir in each tile and a pixel about it [rad]."""
+) -> tuple[Mask, Mask]:
+    """(images, rows, columns) whether tiles, and a pixel about them, may have ground and clouds, or
+    anything of the Earth and its air on them."""
+    planet = planets[0]
+    distance, earth = float(np.sqrt(1.0 + planet.outside)), planet.earth
+    tops = 0.0 if earth.clouds is None else earth.clouds.top / earth.equatorial_radius
+    height = 0.0 if earth.air is None else AIR_TOP / earth.equatorial_radius
     columns, rows = (-(-length // TILE) for length in size)
-    middles = _unit(_rays(planets, intrinsics, (columns, rows), 0.5))
-    nadir = _unit(-planets[0].camera_in_sphere.astype(np.float64))
-    angle = np.arccos(np.clip(middles @ nadir, -1.0, 1.0))
+    middles = _rays(planets, intrinsics, (columns, rows), 0.5)
+    nadir = -planet.camera_in_sphere.astype(np.float64)
+    cosine = np.tensordot(nadir / np.linalg.norm(nadir), middles, 1)
+    cosine /= np.sqrt(_dot(middles, middles))
     # No tile is wider than one in the middle of the image.
     half = 0.5 * TILE * float(np.hypot(1.0 / intrinsics[0, 0], 1.0 / intrinsics[1, 1]))
-    return angle - (1.0 + 4.0 / TILE) * half
+
+    def before(top: float) -> Mask:
+        """Where something may be seen of a sphere of this radius."""
+        angle = float(np.arcsin(min(top / distance, 1.0))) + (1.0 + 4.0 / TILE) * half
+        return np.asarray(cosine > (np.cos(angle) if angle < np.pi else -2.0))
+
+    ground, top = before(1.0 + tops), 1.0 + max(height, tops)
+    return ground, before(top) if distance > top else np.ones_like(ground)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Corners:
+class _Corners:
     """Of the tiles of images, (images, rows + 1, columns + 1): where they lie on the ground.
 
     Of corners beside the Earth, the place on their ray that is nearest to it.
 
     meets : whether the ground is there
-    normal : of it, ITRF
-    sun : sine of the Sun's height
+    normal : (3, ...) of it, ITRF
     slant : cosine of the ray from the vertical
-    view : towards the camera, ITRF
+    view : (3, ...) towards the camera, ITRF
     distance : in Earth radii
     """
 
     meets: Mask
     normal: Array
-    sun: Array
     slant: Array
     view: Array
     distance: Array
 
 
-def corners_on_ground(
+def _corners_on_ground(
     planets: Sequence[PlanetView], intrinsics: Array32, size: tuple[int, int]
-) -> Corners:
-    """What the corners of tiles see of the ground.
-
-    planets : one Earth from one place, before pinholes that look elsewhere
-    intrinsics : (3, 3) [pixels]
-    size : of the image, width and height [pixels]; the last tiles may reach past it
-    """
+) -> _Corners:
+    """What the corners of tiles see of the ground; arguments as for ``ground_tiles``."""
     columns, rows = (-(-length // TILE) + 1 for length in size)
     planet = planets[0]
     d = _rays(planets, intrinsics, (columns, rows), 0.0)
     place = planet.camera_in_sphere.astype(np.float64)
-    dd, od = np.einsum("...i,...i", d, d), d @ place
+    radii = np.array(planet.earth.radii)[:, None, None, None]
+    dd, od = _dot(d, d), np.tensordot(place, d, 1)
     discriminant = od * od - dd * planet.outside
     meets = (discriminant > 0.0) & (od < 0.0)
     root = np.sqrt(np.maximum(discriminant, 0.0))
     nearest = np.maximum(-od, 0.0) / dd
     distance = np.where(meets, planet.outside / np.where(meets, root - od, 1.0), nearest)
-    normal = _unit((place + distance[..., None] * d) / np.array(planet.earth.radii))
-    return Corners(
+    return _Corners(
         meets=meets,
-        normal=normal,
-        sun=normal @ planet.sun_direction_itrf.astype(np.float64),
+        normal=_unit((place[:, None, None, None] + distance * d) / radii),
         slant=root / np.sqrt(dd),
-        view=-_unit(d * np.array(planet.earth.radii)),
+        view=-_unit(d * radii),
         distance=distance,
     )
 
 
-def even_tiles(corners: Corners, parts: float = 1.0) -> Mask:
-    """(images, rows, columns) whether a tile lies on the ground and its parts see it change evenly.
+def _untouched(cells: MapCells, low: Array, high: Array, margin: Array) -> AnyArray:
+    """(3, images, rows, columns) whether the cells of a map that tiles touch are all open sea, all
+    inland, all free of thin high cloud; never of tiles by the date line.
 
-    What bends across a tile bends by the square of ``parts`` less across one of them.
+    low, high : (3, images, rows, columns) latitude and longitude [rad], sine of latitude
+    margin : how far off the tiles cells are touched, too [rad]
     """
-    normal, slant, sun = corners.normal, corners.slant, corners.sun
-    longitude = np.arctan2(normal[..., 1], normal[..., 0])
-    even = _lowest(corners.meets) & (_range(slant) < parts**2 * _SLANT_CHANGE * _lowest(slant))
-    even &= _range(longitude) < parts**2 * _LONGITUDE_CHANGE
-    sun_height = np.maximum(_lowest(np.abs(sun)), _TWILIGHT)
-    return even & (_range(sun) < parts * _SUN_CHANGE * sun_height)
+    rows, columns = (length - 1 for length in cells.sums.shape[1:])
+    across = np.sqrt(np.maximum(1.0 - np.maximum(high[2], -low[2]) ** 2, 0.0))
+    tall = 0.5 + rows / np.pi * margin
+    wide = 0.5 + 0.5 * columns / np.pi * margin / np.maximum(across, 1e-3)
+    top = np.floor((0.5 - high[0] / np.pi) * rows - tall)
+    bottom = np.ceil((0.5 - low[0] / np.pi) * rows + tall)
+    left = np.floor((low[1] / (2.0 * np.pi) + 0.5) * columns - wide)
+    right = np.ceil((high[1] / (2.0 * np.pi) + 0.5) * columns + wide)
+    inside = (left >= 0) & (right <= columns)
+    above, below = ((columns + 1) * np.clip(row, 0, rows) for row in (top, bottom))
+    first, last = np.clip(left, 0, columns), np.clip(right, 0, columns)
+
+    def counted(row: Array, column: Array) -> AnyArray:
+        return cells.sums.reshape(3, -1).take((row + column).astype(np.int64), axis=1, mode="clip")
+
+    within = counted(below, last) - counted(above, last)
+    none = within == counted(below, first) - counted(above, first)
+    return np.asarray(none & inside)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Touched:
-    """The cells of a map that tiles may touch, (images, rows, columns) each: first, past the last.
-
-    inside : whether these are all; not of tiles by the date line
-    """
-
-    top: IndexArray
-    bottom: IndexArray
-    left: IndexArray
-    right: IndexArray
-    inside: Mask
-
-    @staticmethod
-    def by(corners: Corners, shape: tuple[int, ...], margin: Array) -> _Touched:
-        """Of the tiles with these corners.
-
-        shape : of the sums in ``MapCells``
-        margin : how far off the tiles cells are touched, too [rad]
-        """
-        rows, columns = shape[0] - 1, shape[1] - 1
-        x, y, z = np.moveaxis(corners.normal, -1, 0)
-        across = np.hypot(x, y)
-        row = (0.5 - np.arctan2(z, across) / np.pi) * rows
-        column = (np.arctan2(y, x) / (2.0 * np.pi) + 0.5) * columns
-        high = 0.5 + rows / np.pi * margin
-        wide = 0.5 + 0.5 * columns / np.pi * margin / np.maximum(_lowest(across), 1e-3)
-        top, bottom = np.floor(_lowest(row) - high), np.ceil(_highest(row) + high)
-        left, right = (
-            np.floor(_lowest(column) - wide),
-            np.ceil(_highest(column) + wide),
-        )
-        return _Touched(
-            top=np.clip(top, 0, rows).astype(np.int64),
-            bottom=np.clip(bottom, 0, rows).astype(np.int64),
-            left=np.clip(left, 0, columns).astype(np.int64),
-            right=np.clip(right, 0, columns).astype(np.int64),
-            inside=(left >= 0) & (right <= columns),
-        )
-
-    def none(self, sums: IndexArray) -> Mask:
-        """Whether none of the cells touched is counted by a map's sums."""
-        within = sums[self.bottom, self.right] - sums[self.top, self.right]
-        return self.inside & (within == sums[self.bottom, self.left] - sums[self.top, self.left])
-
-
-def _on_one_face(normal: Array, margin: float) -> Mask:
-    """Whether a tile lies on one face of a cube about the Earth, so far from its edges."""
+def _from_faces(normal: Array, margin: float) -> Array:
+    """(3, ...) how far places lie from the faces about each axis of a cube about the Earth."""
     size = np.abs(normal)
-    two, one = np.moveaxis(np.partition(size, 1, axis=-1)[..., 1:], -1, 0)
-    faces = np.argmax(size, axis=-1) + 3 * (np.max(normal, axis=-1) == one)
-    return (_range(faces) == 0) & (_lowest(one * (1.0 - margin) - two) > 0.0)
-
-
-def _on_two_faces(normal: Array, margin: float) -> Mask:
-    """(3, images, rows, columns) whether a tile lies so far from the faces about each axis."""
-    size = np.moveaxis(np.abs(normal), -1, 0)
-    far = size.max(axis=0) * (1.0 - margin) - size
-    return np.stack([_lowest(of_axis) > 0.0 for of_axis in far])
+    return size.max(axis=0) * (1.0 - margin) - size
 
 
 def _rays(
     planets: Sequence[PlanetView], intrinsics: Array32, count: tuple[int, int], first: float
 ) -> Array:
-    """(images, rows, columns, 3) unit directions in camera axes, turned into sphere space.
+    """(3, images, rows, columns) unit directions in camera axes, turned into sphere space.
 
     count : columns and rows of places, a tile's edge apart
     first : of the image's first corner, in edges
     """
-    k = intrinsics.astype(np.float64)
+    rays = _camera_rays(intrinsics.astype(np.float64).tobytes(), count, first)
+    turned = np.stack([planet.sphere_from_camera for planet in planets], axis=1)
+    directions = turned.astype(np.float64).reshape(-1, 3) @ rays
+    return directions.reshape(3, len(planets), count[1], count[0])
+
+
+@lru_cache(maxsize=16)
+def _camera_rays(intrinsics: bytes, count: tuple[int, int], first: float) -> Array:
+    """(3, rows * columns) of these rays in camera axes."""
+    k = np.frombuffer(intrinsics).reshape(3, 3)
     x = (TILE * (np.arange(count[0]) + first) - k[0, 2]) / k[0, 0]
     y = (TILE * (np.arange(count[1]) + first) - k[1, 2]) / k[1, 1]
     x, y = np.broadcast_arrays(x, y[:, None])
-    rays = _unit(np.stack([x, y, np.ones_like(x)], axis=-1))
-    turned = np.stack([planet.sphere_from_camera for planet in planets]).astype(np.float64)
-    return rays @ turned.transpose(0, 2, 1)[:, None]
+    rays = _unit(np.stack([x.ravel(), y.ravel(), np.ones(x.size)]))
+    rays.flags.writeable = False
+    return rays
+
+
+def _dot(a: Array, b: Array) -> Array:
+    return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
 
 
 def _unit(vectors: Array) -> Array:
-    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return vectors / np.sqrt(_dot(vectors, vectors))
 
 
 def _over_corners(of_two: np.ufunc, values: AnyArray) -> AnyArray:
@@ -421,25 +422,11 @@ def _over_corners(of_two: np.ufunc, values: AnyArray) -> AnyArray:
     return of_two(across[..., :-1, :], across[..., 1:, :])
 
 
-def _lowest(values: AnyArray) -> AnyArray:
-    return _over_corners(np.minimum, values)
-
-
-def _highest(values: AnyArray) -> AnyArray:
-    return _over_corners(np.maximum, values)
-
-
-def _range(values: Array) -> Array:
-    return _highest(values) - _lowest(values)
-
-
-def merged(tiles: Mask) -> Mask:
-    """Larger tiles: those all of whose parts are in a mask."""
-    rows, columns = (length // MERGED for length in tiles.shape)
-    full = tiles[: rows * MERGED, : columns * MERGED]
-    return np.asarray(full.reshape(rows, MERGED, columns, MERGED).all(axis=(1, 3)))
+def _extremes(values: Array) -> tuple[Array, Array]:
+    """The least and the most at the four corners of every tile."""
+    return _over_corners(np.minimum, values), _over_corners(np.maximum, values)
 
 
 def split(tiles: Mask, parts: int) -> Mask:
-    """Smaller tiles: the parts of those in a mask."""
-    return tiles.repeat(parts, axis=0).repeat(parts, axis=1)
+    """Smaller tiles: the parts of those in a mask (..., rows, columns)."""
+    return tiles.repeat(parts, axis=-2).repeat(parts, axis=-1)

@@ -171,6 +171,8 @@ def celestial(
 ) -> CelestialView | None:
     """What a camera sees beyond the Earth; None where that is nothing."""
     hidden = _Hidden(earth, cone.pixel)
+    if hidden.image(camera, cone):
+        return None
     points = _star_points(state, camera, hidden)
     sun = _sun_disc(state, camera, cone, hidden)
     moon = _moon_disc(state, camera, cone, hidden)
@@ -238,6 +240,14 @@ class _Hidden:
 
     earth: EarthCone | None
     pixel: float
+
+    def image(self, camera: CameraState, cone: ImageCone) -> bool:
+        """Whether that is all that an image, or a star just outside, may show."""
+        if self.earth is None:
+            return False
+        away = angle_between(self.earth.direction_icrf, camera.R_camera_from_icrf[2])
+        reach = cone.half_diagonal + (2.0 + 2.0 * STAR_REACH) * self.pixel
+        return away + reach < self.earth.angular_radius
 
     def disc(self, disc: SeenDisc) -> bool:
         if self.earth is None:

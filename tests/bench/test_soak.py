@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks import soak
-from simgl.gpu import render_targets, tile_quads
+from simgl.gpu import render_targets
 from simgl.passes import mesh_store, optics, readout, shadow, texture_store, warp
 from simgl.passes.background import air, environment_probe
 
@@ -19,7 +19,6 @@ def test_objects_of_changing_scenarios_are_bounded(
 ) -> None:
     for module in (render_targets, mesh_store, optics, readout, shadow, texture_store, warp):
         monkeypatch.setattr(module, "MANY", _FEW)
-    monkeypatch.setattr(tile_quads, "_MAX_INSTANCES", _FEW)
     monkeypatch.setattr(environment_probe, "CAPACITY", _FEW)
     monkeypatch.setattr(air, "_CAPACITY", _FEW)
     monkeypatch.setattr(soak, "NOTES", 4 * _FEW)

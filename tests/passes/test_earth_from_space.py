@@ -12,7 +12,7 @@ from PIL import Image
 
 from simgl.scenario.scenario import Scenario
 from simgl.scene.earth import Clouds
-from simgl.view.background_tiles import even_tiles, tiles_of
+from simgl.view.background_tiles import ground_tiles, unevenness
 from tests.passes.test_ground import RADIUS, SUN, icrf_from_itrf, looking_down, tilted_sun, up_at
 from tests.scenes import opened, radiance, scene
 
@@ -68,12 +68,12 @@ def fast_over_exact(
     shares: list[float] = []
 
     def none(*arguments: Any) -> Array:
-        tiles = even_tiles(*arguments)
-        shares.append(float(tiles.mean()))
-        return np.zeros_like(tiles)
+        bend = unevenness(*arguments)
+        shares.append(float((bend < 1.0).mean()))
+        return np.full_like(bend, np.inf)
 
     with monkeypatch.context() as patched:
-        patched.setattr("simgl.view.background_tiles.even_tiles", none)
+        patched.setattr("simgl.view.background_tiles.unevenness", none)
         exact = oblique(gl, place, slant, sun, earth)
     return (fast - exact) / exact.mean(axis=(0, 1)), shares
 
@@ -106,9 +106,9 @@ def test_tiles_leave_out_only_what_none_of_their_pixels_shows(
 
     def of_nothing_known(planets: Any, k: Any, size: Any, cells: Any, *, noise: bool) -> Any:
         assert cells is not None
-        return tiles_of(planets, k, size, noise=noise)
+        return ground_tiles(planets, k, size, noise=noise)
 
-    monkeypatch.setattr("simgl.passes.background.planet.tiles_of", of_nothing_known)
+    monkeypatch.setattr("simgl.passes.background.planet.ground_tiles", of_nothing_known)
     unknown = oblique(gl, place, 30.0, sun, {})
     np.testing.assert_allclose(known, unknown, rtol=1e-5)
 

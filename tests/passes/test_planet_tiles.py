@@ -11,7 +11,7 @@ from simgl.physics.air_profile import AIR_TOP
 from simgl.physics.atmosphere import STANDARD
 from simgl.scene.earth import Earth
 from simgl.view.background import PlanetView
-from simgl.view.background_tiles import TILE, tiles_of
+from simgl.view.background_tiles import TILE, ground_tiles
 from tests.passes.air_scenes import axes
 
 Array = np.ndarray[Any, Any]
@@ -53,10 +53,10 @@ def test_ground_and_air_lie_inside_their_tiles(
     on_ground = (od < 0.0) & (od * od > dd * planet.outside)
     reach = (1.0 + AIR_TOP / planet.earth.equatorial_radius) ** 2 - 1.0
     in_air = (planet.outside < reach) | ((od < 0.0) & (od * od > dd * (planet.outside - reach)))
-    (tiles,) = tiles_of([planet], k, SIZE)
+    tiles = ground_tiles([planet], k, SIZE).in_light_of(planet.sun_direction_itrf)
 
     def pixels(mask: Array) -> Array:
-        return mask.repeat(TILE, axis=0).repeat(TILE, axis=1)[: SIZE[1], : SIZE[0]]
+        return mask[0].repeat(TILE, axis=0).repeat(TILE, axis=1)[: SIZE[1], : SIZE[0]]
 
     assert not (tiles.even & tiles.finer).any()
     even, ground, air = pixels(tiles.even | tiles.finer), pixels(tiles.ground), pixels(tiles.air)

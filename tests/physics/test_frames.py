@@ -19,6 +19,7 @@ from simgl.physics.frames import (
     quaternion_from_matrix,
     rotation_about,
     rotation_between,
+    rotation_zxz,
     unit,
 )
 
@@ -254,3 +255,10 @@ def test_a_rotation_about_an_axis_keeps_it_and_turns_what_is_across_right_handed
 def test_a_small_rotation_keeps_its_digits() -> None:
     np.testing.assert_allclose(rotation_about(Z, 1e-9) @ X, [1.0, 1e-9, 0.0], rtol=1e-15)
     np.testing.assert_array_equal(rotation_about(Z, 0.0), np.eye(3))
+
+
+@pytest.mark.parametrize("tilt", [-2.9, 0.0, 0.7, 1.6])
+def test_turns_about_z_x_and_z_follow_one_another(tilt: float) -> None:
+    """Each about an axis that those before have turned: they are multiplied from the left."""
+    R = rotation_about(Z, 2.1) @ rotation_about(X, tilt) @ rotation_about(Z, -0.4)
+    np.testing.assert_allclose(rotation_zxz(2.1, tilt, -0.4), R, atol=1e-15)

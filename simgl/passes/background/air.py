@@ -11,7 +11,6 @@ the tables: those of a camera, and the six that a spacecraft near it sees around
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
 
 import moderngl
 import numpy as np
@@ -110,10 +109,9 @@ class AtmospherePass:
         self._tables = LruCache[EarthAir, AirTables](_MAX_KINDS, AirTables.release)
         self._mix = FullscreenProgram(ctx, "air/mix", _MIX, ["node_light"])
         self._nodes = AirNodes(ctx)
-        self._views = LruCache[tuple[object, ...], ImageTarget](
-            _CAPACITY, partial(release_all, ctx)
-        )
-        self._last: tuple[tuple[object, ...], AirBefore] | None = None
+        self._unused: list[ImageTarget] = []
+        self._views = LruCache[tuple[object, ...], ImageTarget](_CAPACITY, self._unused.append)
+        self._last: tuple[tuple[object, ...], AirTables, AirBefore] | None = None
         self._watches: dict[str, StepWatch] = {}
         # Angles of the Sun, and of the Moon (True), that the images since the last ``ahead`` saw.
         self._angles: dict[bool, float] = {}
@@ -135,12 +133,11 @@ class AtmospherePass:
         kind = _kind_of(planet.earth)
         if kind is None:
             return None
-        tables = self._tables_of(kind)
-        tables.block.bind()
         # The faces of a sky look from one place.
         place = planet.earth.radii, planet.camera_in_sphere.tobytes(), planet.outside
         key = kind, *place, planet.sun_direction_itrf.tobytes()
         if self._last is None or self._last[0] != key:
+            tables = self._tables_of(kind)
             height, angle = planet.height, _sun_angle(planet)
             nodes = self._nodes.of(kind, height, moonlit=planet.moonlit)
             self._angles[planet.moonlit] = angle
@@ -151,9 +148,11 @@ class AtmospherePass:
             of_view = *light.textures, *nodes.transmittance.textures
             pairs = tables.textures.get(PAIRS)
             air = AirBefore(inside=nodes.inside, textures=(*shared, *of_view), pairs=pairs)
-            self._last = key, air
+            self._last = key, tables, air
+        _, tables, air = self._last
+        tables.block.bind()
         self._view.bind()
-        return self._last[1]
+        return air
 
     def ahead(self, planet: PlanetView, viewer: str) -> None:
         """March a part of the tables that a viewer comes to next, before its image, so that no
@@ -208,7 +207,9 @@ class AtmospherePass:
     def _draw_mixed(self, tables: AirTables, nodes: Nodes, angle: float) -> ImageTarget:
         self._nodes.fill(tables, nodes, angle)
         weights, indices = nodes.mixture(angle)
-        target = new_table(self._ctx, nodes.rows)
+        while self._unused and self._unused[-1].size[1] != nodes.rows:
+            release_all(self._ctx, self._unused.pop())
+        target = self._unused.pop() if self._unused else new_table(self._ctx, nodes.rows)
         self.state.apply(self._ctx, target.framebuffer, (0, 0, *target.size))
         values = {
             "node_weights": weights,
@@ -223,6 +224,8 @@ class AtmospherePass:
         """Free everything."""
         self._last = None
         self._views.clear()
+        release_all(self._ctx, *self._unused)
+        self._unused.clear()
         self._nodes.release()
         self._mix.release()
         self._tables.clear()

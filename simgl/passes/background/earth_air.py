@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import moderngl
 import numpy as np
@@ -50,6 +51,14 @@ class EarthAir:
     air: Air
     radius: float
     albedo: tuple[float, float, float, float]
+
+    def __hash__(self) -> int:
+        return self._hash
+
+    @cached_property
+    def _hash(self) -> int:
+        """Of all its numbers, once: every view asks several caches."""
+        return hash((self.air, self.radius, self.albedo))
 
 
 def parts_of_kind(kind: EarthAir) -> list[tuple[AirKind, Array]]:

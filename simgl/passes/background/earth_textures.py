@@ -81,6 +81,8 @@ class EarthTextures:
         self._weather: list[moderngl.Texture] = []
         self._weather_levels: MapLevels = ()
         self._halved: dict[int, list[moderngl.Texture]] = {}
+        # How all of these are read.
+        self._smaller: int | None = None
         self._tables: list[moderngl.Texture | moderngl.Texture3D] = []
         self._bands: list[moderngl.Texture | moderngl.Texture3D] = []
         self._chart_seed: int | None = None
@@ -115,9 +117,10 @@ class EarthTextures:
             self._forget_weather()
             self._weather_levels = self._weather_of(earth)
             self._weather = [map_texture(self._ctx, self._weather_levels)]
+            self._smaller = None
             not_sea, not_land = self._shores
             high = cell_sums(over_cells(np.maximum, self._weather_levels[0][..., 2]) > 0)
-            self.cells = MapCells(shores=not_sea, waters=not_land, high_clouds=high)
+            self.cells = MapCells(sums=np.stack([not_sea, not_land, high]))
             self._clouds = earth.clouds
         if not self._tables:
             self._tables = [_frost_texture(self._ctx), _cloud_reflection(self._ctx)]
@@ -174,8 +177,10 @@ class EarthTextures:
 
     def read_maps(self, smaller: int) -> None:
         """How to read the maps of ``of`` where pixels are larger than texels: an OpenGL filter."""
-        for texture in (*self._ground, *self._weather):
-            texture.filter = (smaller, moderngl.LINEAR)
+        if smaller != self._smaller:
+            for texture in (*self._ground, *self._weather):
+                texture.filter = (smaller, moderngl.LINEAR)
+            self._smaller = smaller
 
     def maps_with(self, level: int) -> list[moderngl.Texture]:
         """The maps at a halving alone, in the order of ``MAPS``; those of ``of`` for none."""

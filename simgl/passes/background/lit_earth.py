@@ -17,19 +17,25 @@ _FAR = 6e3
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LitEarth:
-    """The Earth in the light of the Sun or of the Moon, and where that light is drawn.
+    """The Earth in the light of the Sun or of the Moon, and where images of it are drawn.
 
-    planet : with the Moon in the Sun's place for moonlight
-    area : x, y, width, height of the target's rectangle [pixels]
-    block : of the uniforms of this light
+    planets : of each image, from one place; with the Moon in the Sun's place for moonlight
+    background : of the first image; of the others it has the size and the Sun
+    areas : x, y, width, height of the target's rectangle of each [pixels]
+    block : of the uniforms of this light, with a slot for each image
     """
 
-    planet: PlanetView
+    planets: tuple[PlanetView, ...]
     background: Background
     target: moderngl.Framebuffer
-    area: Box
+    areas: tuple[Box, ...]
     state: State
     block: UniformBuffer
+
+    @property
+    def planet(self) -> PlanetView:
+        """Of the first image: what they have in common."""
+        return self.planets[0]
 
     @property
     def mapped(self) -> bool:
@@ -48,5 +54,5 @@ class LitEarth:
 
     def by_moon(self, moon: Moonlight, state: State, block: UniformBuffer) -> LitEarth:
         """The same in moonlight."""
-        planet = self.planet.in_moonlight(moon)
-        return replace(self, planet=planet, state=state, block=block)
+        planets = tuple(planet.in_moonlight(moon) for planet in self.planets)
+        return replace(self, planets=planets, state=state, block=block)

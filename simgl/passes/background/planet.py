@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import moderngl
 import numpy as np
 
-from simgl.arrays import Mask
+from simgl.arrays import IndexArray, Mask
 from simgl.gpu.context import is_software
 from simgl.gpu.fullscreen import Texture
 from simgl.gpu.pipeline_state import SRC1_COLOR, State
 from simgl.gpu.release import all_or_nothing
-from simgl.gpu.tile_quads import TileQuads
+from simgl.gpu.tile_quads import TileFaces, TileQuads
 from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.passes.background.air import AIR_SAMPLERS, AirBefore, AtmospherePass
 from simgl.passes.background.air_march import AIR_VIEW
@@ -34,6 +34,7 @@ from simgl.passes.background.planet_blocks import (
     REGOLITH,
     aurora_values,
     ground_band_values,
+    image_values,
     planet_values,
     regolith_values,
 )
@@ -47,6 +48,7 @@ from simgl.passes.background.planet_variants import (
 from simgl.passes.background.tile_kinds import (
     DARK,
     DUSK,
+    TileDraws,
     halvings,
     kinds_at_corners,
     lights_and_seasons,
@@ -60,12 +62,10 @@ from simgl.scene.noise_projection import LEVELS, TEXEL_KM
 from simgl.view.background import Background, PlanetView, SkyView
 from simgl.view.background_tiles import (
     MERGED,
-    PARTS,
     TILE,
     BackgroundTiles,
-    merged,
-    split,
-    tiles_of,
+    GroundTiles,
+    ground_tiles,
 )
 from simgl.view.image_box import Box
 
@@ -93,7 +93,9 @@ class PlanetPass:
         # Software renderers pay for what a shader could do: an Earth of one albedo has its own, and
         # so has one without air.
         self._programs: dict[tuple[str, ...], TileQuads] = {}
-        self._block, self._moon_block = UniformBuffer(ctx, PLANET), UniformBuffer(ctx, PLANET)
+        self._faces = TileFaces(ctx)
+        # As many images at the same time as a sky has faces.
+        self._block, self._moon_block = (UniformBuffer(ctx, PLANET, slots=6) for _ in range(2))
         self._regolith = UniformBuffer(ctx, REGOLITH)
         self._ground_bands = UniformBuffer(ctx, GROUND_BANDS)
         self._aurora = UniformBuffer(ctx, AURORA)
@@ -126,11 +128,9 @@ class PlanetPass:
             what they hold then is undefined
         """
         if background.planet is not None:
-            earth = self._sunlit(background, background.planet, target, area)
-            self._draw_earths([earth], hidden)
+            self._draw_earths(self._sunlit(background, [background.planet], target, [area]), hidden)
             return
-        state = self._over(background)
-        state.apply(self._ctx, target, area, area)
+        self._over(background).apply(self._ctx, target, area, area)
         if background.celestial is None:
             target.clear(0.0, 0.0, 0.0, 0.0, viewport=area)
 
@@ -139,92 +139,70 @@ class PlanetPass:
 
         A face of fewer texels fills the first rows and columns of its square.
         """
-        by_texels: dict[int, list[LitEarth]] = {}
-        for row, (face, edge) in enumerate(zip(sky.faces, sky.face_texels, strict=True)):
-            area = 0, row * sky.texels, edge, edge
-            if face.celestial is not None:
-                target.clear(*face.celestial.radiance, viewport=area)
-            if face.planet is None:
-                self.draw(face, target, area, None)
-            else:
-                sunlit = self._sunlit(face, face.planet, target, area)
-                by_texels.setdefault(edge, []).append(sunlit)
-        for earths in by_texels.values():
-            self._draw_earths(earths)
+        beyond, everything = sky.faces[0].celestial, (0, 0, *target.size)
+        light = (0.0, 0.0, 0.0, 0.0) if beyond is None else beyond.radiance
+        target.clear(*light, viewport=everything)
+        for edge in sorted(set(sky.face_texels)):
+            rows = [
+                row
+                for row, face in enumerate(sky.faces)
+                if sky.face_texels[row] == edge and face.planet is not None
+            ]
+            planets = [planet for row in rows if (planet := sky.faces[row].planet) is not None]
+            if planets:
+                areas = [(0, row * sky.texels, edge, edge) for row in rows]
+                self._draw_earths(self._sunlit(sky.faces[rows[0]], planets, target, areas))
 
     def _over(self, background: Background) -> State:
         return self.state if background.celestial is None else self.before
 
     def _sunlit(
-        self, background: Background, planet: PlanetView, target: moderngl.Framebuffer, area: Box
+        self,
+        background: Background,
+        planets: Sequence[PlanetView],
+        target: moderngl.Framebuffer,
+        areas: Sequence[Box],
     ) -> LitEarth:
         return LitEarth(
-            planet=planet,
+            planets=tuple(planets),
             background=background,
             target=target,
-            area=area,
+            areas=tuple(areas),
             state=self._over(background),
             block=self._block,
         )
 
-    def _tiles(self, earths: Sequence[LitEarth]) -> list[BackgroundTiles]:
-        """Of images of one size from one place in one light."""
-        if not earths:
-            return []
-        one = earths[0]
-        if one.mapped:
-            self._textures.of(one.planet.earth)
-        cells = self._textures.cells if one.mapped else None
-        return tiles_of(
-            [lit.planet for lit in earths],
-            one.background.intrinsics,
-            one.area[2:],
-            cells,
-            noise=not one.far,
-        )
+    def _ground(self, lit: LitEarth) -> GroundTiles:
+        if lit.mapped:
+            self._textures.of(lit.planet.earth)
+        cells = self._textures.cells if lit.mapped else None
+        intrinsics, size = lit.background.intrinsics, lit.areas[0][2:]
+        return ground_tiles(lit.planets, intrinsics, size, cells, noise=not lit.far)
 
-    def _draw_earths(self, earths: Sequence[LitEarth], hidden: Mask | None = None) -> None:
-        """Images of one size from one place in one light, in sunlight and moonlight.
+    def _draw_earths(self, sunlit: LitEarth, hidden: Mask | None = None) -> None:
+        """Images in sunlight and, where it is night, moonlight.
 
         hidden : tiles of which nothing is seen in any of them
         """
-        tiles = self._tiles(earths)
-        if hidden is not None:
-            tiles = [seen.within(~hidden) for seen in tiles]
-        nights = [
-            seen.any & (seen.low < moonlit_below(lit.planet))
-            for lit, seen in zip(earths, tiles, strict=True)
-        ]
-        moonlit = [
-            lit.by_moon(lit.planet.moonlight, self.more, self._moon_block)
-            if lit.planet.moonlight is not None and night.any()
-            else None
-            for lit, night in zip(earths, nights, strict=True)
-        ]
-        by_moon = iter(self._tiles([lit for lit in moonlit if lit is not None]))
-        for lit, seen, night, moon in zip(earths, tiles, nights, moonlit, strict=True):
-            self._draw_earth(lit, seen, night, None if moon is None else (moon, next(by_moon)))
-
-    def _draw_earth(
-        self,
-        sunlit: LitEarth,
-        tiles: BackgroundTiles,
-        night: Mask,
-        by_moon: tuple[LitEarth, BackgroundTiles] | None,
-    ) -> None:
-        """An image in sunlight and, where it is night, moonlight."""
-        planet = sunlit.planet
+        planet, ground = sunlit.planet, self._ground(sunlit)
+        seen = np.ones((1, 1), dtype=bool) if hidden is None else ~hidden
+        tiles = ground.in_light_of(planet.sun_direction_itrf).within(seen)
         self._draw_lit(sunlit, tiles)
         if planet.earth.airglow:
             self._draw_glow(tiles.within(tiles.low < DARK), sunlit)
         if planet.earth.aurora_kp is not None and (tiles.any & (tiles.low < DARK)).any():
             self._draw_aurora(tiles, sunlit, planet.earth.aurora_kp)
-        if by_moon is not None:
-            self._draw_lit(*by_moon, night)
-        if planet.earth.clouds is not None and planet.height < planet.earth.clouds.height:
+        below = planet.earth.clouds is not None and planet.height < planet.earth.clouds.height
+        night = tiles.any & (tiles.low < moonlit_below(planet))
+        moonlit = None
+        if planet.moonlight is not None and night.any():
+            moonlit = sunlit.by_moon(planet.moonlight, self.more, self._moon_block)
+            by_moon = ground.in_light_of(moonlit.planet.sun_direction_itrf).within(seen)
+            self._draw_lit(moonlit, by_moon, night)
+        if below:
             self._draw_ceiling(tiles, replace(sunlit, state=self.before))
-            if by_moon is not None:
-                self._draw_ceiling(tiles.within(night), by_moon[0])
+            if moonlit is not None:
+                self._draw_ceiling(tiles.within(night), moonlit)
 
     def _draw_lit(self, lit: LitEarth, tiles: BackgroundTiles, night: Mask | None = None) -> None:
         """The Earth in one light.
@@ -238,20 +216,24 @@ class PlanetPass:
                 return
         textures: Sequence[Texture] = self._textures.of(lit.planet.earth) if lit.mapped else ()
         air = self._air.before(lit.planet)
-        lit.state.apply(self._ctx, lit.target, lit.area, lit.area)
+        self._begin(lit, lit.state)
         self._bind(lit, textures, air, lamps=night is None)
         covered = tiles.any if air is not None else tiles.even | tiles.finer | tiles.ground
         if lit.state is self.state and not covered.all():
-            lit.target.clear(0.0, 0.0, 0.0, 0.0, viewport=lit.area)
+            for area in lit.areas:
+                lit.target.clear(0.0, 0.0, 0.0, 0.0, viewport=area)
         dark = tiles.low < (DUSK if lit.mapped and night is None else -1.0)
         # On a CPU maps whose texels are larger than pixels, where they are not seen at a slant, are
         # read without mipmaps.
         magnified = lit.mapped and not self._hardware and lit.nadir_pixel < _MAGNIFIED * MAP_TEXEL_M
-        narrow = _SPANNED_ANGLE * float(lit.background.intrinsics[0, 0]) > MERGED * TILE
-        variant, full_edge = variant_of(lit.planet, air, far=lit.far), max(lit.area[2:])
-        self._draw_tiles(
-            tiles, dark, variant, textures, full_edge, magnified=magnified, narrow=narrow
-        )
+        variant = variant_of(lit.planet, air, far=lit.far)
+        self._draw_tiles(lit, tiles, dark, variant, textures, magnified=magnified)
+
+    def _begin(self, lit: LitEarth, state: State) -> None:
+        """Tiles of every image lie inside its own area."""
+        everything = 0, 0, *lit.target.size
+        area = lit.areas[0] if len(lit.areas) == 1 else everything
+        state.apply(self._ctx, lit.target, everything, area)
 
     def _bind(
         self, lit: LitEarth, textures: Sequence[Texture], air: AirBefore | None, *, lamps: bool
@@ -265,9 +247,10 @@ class PlanetPass:
             texture.use(unit)
         if lit.planet.earth.bands != BANDS:
             self._bind_bands(lit, air)
-        values = planet_values(lit.background, lit.planet, lit.area, lamps=lamps)
-        lit.block.write(values | self._textures.of_block)
-        lit.block.bind()
+        seen = lit.background
+        images = image_values(seen.intrinsics, lit.planets, lit.areas, lit.target.size)
+        values = planet_values(lit.planet, seen.sun_angular_radius, lamps=lamps)
+        lit.block.write(values | self._textures.of_block, images)
 
     def _bind_bands(self, lit: LitEarth, air: AirBefore | None) -> None:
         """What only an Earth in bands of a scenario reads."""
@@ -282,114 +265,119 @@ class PlanetPass:
 
     def _draw_tiles(
         self,
+        lit: LitEarth,
         tiles: BackgroundTiles,
         dark: Mask,
         variant: tuple[str, ...],
         textures: Sequence[Texture],
-        full_edge: int,
         *,
         magnified: bool,
-        narrow: bool,
     ) -> None:
         """Every tile with the cheapest program that serves it.
 
         dark : tiles with lamps and the airglow's light
-        full_edge : of a square that covers all tiles [pixels]
         magnified : the maps' texels are larger than pixels
-        narrow : tiles span small angles
         """
-        ground = tiles.ground
+        draws, ground = TileDraws(), tiles.ground
         if variant in _EVEN:
+            # Whether large tiles span small angles.
+            narrow = _SPANNED_ANGLE * float(lit.background.intrinsics[0, 0]) > MERGED * TILE
             at_corners = ("SEA_AT_CORNERS",) if narrow else ()
-            self._draw_even(tiles, dark, (*at_corners, *variant), textures, magnified)
+            kinds, which = kinds_at_corners(tiles, dark)
+            steps = self._steps(tiles.known, noise=not lit.far, maps=not magnified)
+            defines = [("EVEN", *kind, *at_corners, *variant) for kind in kinds]
+            draws.add_even("planet/tiles", tiles, defines, which + len(kinds) * steps)
         else:
             ground = ground | tiles.even | tiles.finer
-        if "EARTH_MAPS" in variant:
-            self._textures.read_maps(self._maps_filter(magnified))
-        for kind, mask in lights_and_seasons(ground, dark, tiles.frosted, tiles.glint):
-            program = self._program_for("planet/planet", (*kind, *variant))
-            # One large face costs less than its parts.
-            full = bool(mask.all())
-            program.draw(mask[:1, :1] if full else mask, full_edge if full else TILE)
+        for kind, mask in lights_and_seasons(ground, dark, tiles):
+            draws.add("planet/planet", mask, (*kind, *variant))
         if "AIR" in variant:
-            self._program_for("planet/air", variant).draw(tiles.air, TILE)
+            draws.add("planet/air", tiles.air, variant)
+        maps_filter = self._maps_filter(magnified or not self._hardware)
+
+        def read_step(step: int | None) -> None:
+            """Read this halving of the maps and of noise, or all of them."""
+            if step is None:
+                self._textures.read_maps(self._maps_filter(magnified))
+                for unit, texture in enumerate(textures):
+                    texture.use(unit)
+                return
+            of_maps, of_noise = divmod(step, LEVELS)
+            self._textures.read_maps(maps_filter)
+            for unit, halved in enumerate(self._textures.maps_with(of_maps)):
+                halved.use(unit)
+            if not lit.far:
+                for unit, chart in enumerate(self._textures.charts_with(of_noise)):
+                    chart.use(SAMPLERS.index(CHARTS[0]) + unit)
+
+        self._draw_faces(lit, draws, read_step)
+
+    def _steps(self, known: GroundTiles, *, noise: bool, maps: bool) -> IndexArray:
+        """By how much the noise, and LEVELS times by how much the maps are halved for each even or
+        finer tile; a GPU chooses for itself among those of the maps."""
+        steps = np.zeros(known.pixel.shape, dtype=np.int64)
+        if noise:
+            steps += halvings(known.noise_pixel, 1e3 * TEXEL_KM)
+        if maps and not self._hardware:
+            steps += LEVELS * halvings(known.pixel, MAP_TEXEL_M)
+        return steps
+
+    def _draw_faces(
+        self,
+        lit: LitEarth,
+        draws: TileDraws,
+        read_step: Callable[[int | None], None] = lambda _: None,
+    ) -> None:
+        """Some draws; read_step : called before those of each step, and with None at the end."""
+        self._faces.write(draws.faces)
+        step: int | None = -1
+        for draw in draws:
+            if draw.step != step:
+                step = draw.step
+                read_step(step)
+            lit.block.bind(draw.image)
+            self._program_for(draw.program, draw.defines).draw(draw.first, draw.count)
+        if step is not None:
+            read_step(None)
 
     def _draw_glow(self, tiles: BackgroundTiles, lit: LitEarth) -> None:
         """The air's own light, on top of the Earth; reads what that was drawn with."""
-        if not tiles.any.any():
-            return
-        self.more.apply(self._ctx, lit.target, lit.area, lit.area)
+        self._begin(lit, self.more)
         # Maps move the air's tables to other texture units.
         maps = ("EARTH_MAPS",) if lit.mapped else ()
         inside = ("AIR_INSIDE",) if lit.planet.height < AIR_TOP else ()
-        self._program_for("planet/glow", maps).draw(tiles.even | tiles.finer, TILE)
-        rim = self._program_for("planet/glow", (*maps, "AIR", *inside))
-        rim.draw(tiles.ground | tiles.air, TILE)
+        draws = TileDraws()
+        draws.add("planet/glow", tiles.even | tiles.finer, maps)
+        draws.add("planet/glow", tiles.ground | tiles.air, (*maps, "AIR", *inside))
+        self._draw_faces(lit, draws)
 
     def _draw_aurora(self, tiles: BackgroundTiles, lit: LitEarth, kp: float) -> None:
         """The aurora, on top of all else; reads what the Earth was drawn with.
 
         It stands higher than the air, so tiles beyond the Earth are drawn too.
         """
-        self.more.apply(self._ctx, lit.target, lit.area, lit.area)
+        self._begin(lit, self.more)
         self._aurora.write(aurora_values(lit.planet, kp))
         self._aurora.bind()
         maps = ("EARTH_MAPS",) if lit.mapped else ()
         inside = ("AIR_INSIDE",) if lit.planet.height < AIR_TOP else ()
-        rim = tiles.ground | tiles.air
-        self._program_for("planet/aurora", maps).draw(~rim, TILE)
-        self._program_for("planet/aurora", (*maps, "AIR", *inside)).draw(rim, TILE)
+        rim, draws = tiles.ground | tiles.air, TileDraws()
+        draws.add("planet/aurora", ~rim, maps)
+        draws.add("planet/aurora", rim, (*maps, "AIR", *inside))
+        self._draw_faces(lit, draws)
 
     def _draw_ceiling(self, tiles: BackgroundTiles, lit: LitEarth) -> None:
         """The clouds over a camera beneath them, over all else."""
         air = self._air.before(lit.planet)
-        lit.state.apply(self._ctx, lit.target, lit.area, lit.area)
-        lit.block.bind()
+        self._begin(lit, lit.state)
         textures = self._textures.of(lit.planet.earth)
         for unit, texture in enumerate((*textures, *(air.textures if air else ()))):
             texture.use(unit)
         night = ("NIGHT",) if lit.planet.earth.airglow else ()
         variant = (*night, "EARTH_MAPS", *(("AIR", "AIR_INSIDE") if air else ()))
-        self._program_for("planet/ceiling", variant).draw(tiles.ground | tiles.air, TILE)
-
-    def _draw_even(
-        self,
-        tiles: BackgroundTiles,
-        dark: Mask,
-        variant: tuple[str, ...],
-        textures: Sequence[Texture],
-        magnified: bool,
-    ) -> None:
-        """Tiles found at their corners, by the halvings of noise and maps that they show.
-
-        dark : those with lamps and the airglow's light
-        """
-        seen = tiles.even | tiles.finer
-        noise = np.zeros(seen.shape, dtype=np.int64)
-        maps = noise
-        if "FAR" not in variant:
-            noise = halvings(tiles.noise_pixel, 1e3 * TEXEL_KM)
-        self._textures.read_maps(self._maps_filter(magnified or not self._hardware))
-        if not (magnified or self._hardware):
-            maps = halvings(tiles.pixel, MAP_TEXEL_M)
-        for step in np.unique((LEVELS * maps + noise)[seen]).tolist():
-            of_maps, of_noise = divmod(step, LEVELS)
-            if "FAR" not in variant:
-                for unit, chart in enumerate(self._textures.charts_with(of_noise)):
-                    chart.use(SAMPLERS.index(CHARTS[0]) + unit)
-            for unit, halved in enumerate(self._textures.maps_with(of_maps)):
-                halved.use(unit)
-            at_step = (maps == of_maps) & (noise == of_noise)
-            for kind, mask in kinds_at_corners(tiles.within(at_step), dark):
-                program = self._program_for("planet/tiles", ("EVEN", *kind, *variant))
-                larger, even = merged(mask & tiles.calm), mask & tiles.even
-                rows, columns = (MERGED * length for length in larger.shape)
-                even[:rows, :columns] &= ~split(larger, MERGED)
-                program.draw(larger, MERGED * TILE, slot=step)
-                program.draw(even, TILE, slot=step)
-                program.draw(split(mask & tiles.finer, PARTS), TILE // PARTS, slot=step)
-        for unit, texture in enumerate(textures):
-            texture.use(unit)
+        draws = TileDraws()
+        draws.add("planet/ceiling", tiles.ground | tiles.air, variant)
+        self._draw_faces(lit, draws)
 
     def _program_for(self, name: str, variant: tuple[str, ...]) -> TileQuads:
         key = name, *variant
@@ -412,8 +400,9 @@ class PlanetPass:
             )
             shared = [PLANET, *(block for read, some in read_by if read for block in some)]
             spare = tuple(block for read, some in read_by if not read for block in some)
+            vertex = "planet/tiles.vert" if name == "planet/tiles" else "planet/pixels.vert"
             self._programs[key] = TileQuads(
-                self._ctx, name, samplers, variant, shared=shared, spare=spare
+                self._ctx, name, self._faces, vertex, samplers, variant, shared=shared, spare=spare
             )
         return self._programs[key]
 
@@ -428,6 +417,7 @@ class PlanetPass:
         """Free everything."""
         for program in self._programs.values():
             program.release()
+        self._faces.release()
         self._block.release()
         self._moon_block.release()
         self._regolith.release()

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Any
+
 import numpy as np
 
-from simgl.arrays import Array
+from simgl.arrays import AnyArray, Array, Array32
 from simgl.gpu.uniform_blocks import Block
 from simgl.passes.background.earth_maps import HEIGHT
 from simgl.physics import aurora
@@ -21,9 +25,11 @@ from simgl.physics.sea_surface import (
     wave_slope_variance,
 )
 from simgl.physics.spectrum import Bands
+from simgl.scene.earth import Earth
 from simgl.scene.frost import ice_reflectance, snow_in_bands
 from simgl.scene.noise_projection import LEVELS, SIZE, TEXEL_KM
-from simgl.view.background import Background, PlanetView
+from simgl.view.background import PlanetView
+from simgl.view.image_box import Box
 
 PLANET = Block(
     "Planet",
@@ -59,7 +65,7 @@ PLANET = Block(
             ("sea_mirror", "f4", (3, 4)),
             # fx, fy, cx, cy [pixels]
             ("intrinsics", "f4", 4),
-            # Of the image: its first corner [pixels], and clip space per pixel.
+            # Of the image: its first corner [pixels]; of the target: clip space per pixel.
             ("area", "f4", 4),
             # Variance of the noise of hills and of ice fibres by the chart's halvings, and of
             # closed cells, open cells, cumulus and lumps.
@@ -229,42 +235,68 @@ def _glow(planet: PlanetView) -> Array:
     return each * zenith_glow(from_below=below, bands=bands) * planet.earth.airglow
 
 
-def planet_values(
-    view: Background, planet: PlanetView, area: tuple[int, int, int, int], *, lamps: bool
-) -> dict[str, object]:
-    """The block of a light; lamps : whether cities shine."""
-    k = view.intrinsics
-    matrix = np.zeros((4, 4), dtype=np.float32)
-    matrix[:3, :3] = planet.sphere_from_camera
-    earth, clouds = planet.earth, planet.earth.clouds
-    radii = np.array(earth.radii)
-    cloud_height = clouds.height / radii[0] if clouds else 0.0
-    bottom = glow_bottom(earth.bands)
-    layers = np.stack([bottom, bottom + GLOW_DEPTH]) / radii[0]
+def image_values(
+    intrinsics: Array32,
+    planets: Sequence[PlanetView],
+    areas: Sequence[Box],
+    target_size: tuple[int, int],
+) -> dict[str, AnyArray]:
+    """What the block holds of each of some images that one pinhole draws from one place."""
+    matrix = np.zeros((len(planets), 4, 4), dtype=np.float32)
+    matrix[:, :3, :3] = [planet.sphere_from_camera for planet in planets]
+    width, height = target_size
+    fx, fy, cx, cy = (intrinsics[place] for place in ((0, 0), (1, 1), (0, 2), (1, 2)))
     return {
         "sphere_from_camera": matrix,
+        "area": np.array([(x, y, 2.0 / width, 2.0 / height) for x, y, _, _ in areas]),
+        "intrinsics": np.array([(fx, fy, cx + x, cy + y) for x, y, _, _ in areas]),
+    }
+
+
+def planet_values(
+    planet: PlanetView, sun_angular_radius: float, *, lamps: bool
+) -> dict[str, object]:
+    """What the block of a light holds of all of them; lamps : whether cities shine."""
+    earth, clouds = planet.earth, planet.earth.clouds
+    cloud_height = clouds.height / earth.equatorial_radius if clouds else 0.0
+    bottom = glow_bottom(earth.bands)
+    layers = np.stack([bottom, bottom + GLOW_DEPTH]) / earth.equatorial_radius
+    of_earth = _earth_values(earth)
+    return of_earth | {
         "camera_in_sphere": (*planet.camera_in_sphere, 0.0),
-        "sphere_axes": (*(radii[0] / radii), 0.0),
         "sun_direction_itrf": (*planet.sun_direction_itrf, 0.0),
         "earth_sun_irradiance": planet.sun_irradiance,
+        "ice_reflectance": ice_reflectance(planet.year_share, earth.bands),
+        "year_share": planet.year_share,
+        "sodium_lamps": of_earth["sodium_lamps"] * lamps,
+        "white_lamps": of_earth["white_lamps"] * lamps,
+        "glow": _glow(planet),
+        "glow_outside": planet.outside - layers * (2.0 + layers),
+        "outside": planet.outside,
+        "cloud_outside": planet.outside - cloud_height * (2.0 + cloud_height),
+        "clouds_below": float(clouds is not None and planet.height > clouds.height),
+        "sun_angular_radius": sun_angular_radius,
+    }
+
+
+@lru_cache(maxsize=8)
+def _earth_values(earth: Earth) -> dict[str, Any]:
+    """What the block holds of an Earth from everywhere in any light."""
+    radii, clouds = np.array(earth.radii), earth.clouds
+    return {
+        "sphere_axes": (*(radii[0] / radii), 0.0),
         "earth_albedo": earth.albedo or (0.0, 0.0, 0.0, 0.0),
         "clear_water": clear_water(earth.bands),
         "foam": foam_in_bands(earth.bands),
         "foam_cover": foam_cover(earth.wind),
-        "ice_reflectance": ice_reflectance(planet.year_share, earth.bands),
         "mean_ground": earth.mean_albedo,
         "air_from_below": albedo_from_below(earth.air) if earth.air else np.zeros(4),
-        "year_share": planet.year_share,
         "glow_waves": earth.airglow_waves,
         "wind_varies": float(earth.wind_varies),
         "glow_depth_km": 1e-3 * GLOW_DEPTH,
-        "sodium_lamps": _lamps(_SODIUM_LAMPS, earth.bands) * lamps,
-        "white_lamps": _lamps(_WHITE_LAMPS, earth.bands) * lamps,
-        "glow": _glow(planet),
+        "sodium_lamps": _lamps(_SODIUM_LAMPS, earth.bands),
+        "white_lamps": _lamps(_WHITE_LAMPS, earth.bands),
         "glow_irradiance": ground_irradiance(radii[0], earth.bands) * earth.airglow,
-        "glow_outside": planet.outside - layers * (2.0 + layers),
-        "outside": planet.outside,
-        "cloud_outside": planet.outside - cloud_height * (2.0 + cloud_height),
         "map_texel_km": MAP_TEXEL * radii[0] * 1e-3,
         "chart_texel_km": TEXEL_KM,
         "chart_texels": SIZE,
@@ -276,12 +308,8 @@ def planet_values(
         "cloud_km": clouds.height * 1e-3 if clouds else 0.0,
         "high_cloud_thickness": _HIGH_CLOUD if clouds else 0.0,
         "tower_km": (clouds.top - clouds.height) * 1e-3 if clouds else 0.0,
-        "clouds_below": float(clouds is not None and planet.height > clouds.height),
         "wave_slope_variance": wave_slope_variance(earth.wind),
         "sea_mirror": mirror_laws(wave_slope_variance(earth.wind)),
-        "area": (area[0], area[1], 2.0 / area[2], 2.0 / area[3]),
-        "intrinsics": (k[0, 0], k[1, 1], k[0, 2] + area[0], k[1, 2] + area[1]),
-        "sun_angular_radius": view.sun_angular_radius,
     }
 
 

@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
-from simgl.arrays import Array, IndexArray, Mask
+from simgl.arrays import AnyArray, Array, IndexArray, Mask
+from simgl.gpu.tile_quads import LARGEST_TILE, Faces, tile_faces
 from simgl.passes.background.planet_blocks import MAP_TEXEL_M
 from simgl.scene.noise_projection import LEVELS
 from simgl.view.background import PlanetView
-from simgl.view.background_tiles import MERGED, TILE, BackgroundTiles
+from simgl.view.background_tiles import MERGED, PARTS, TILE, BackgroundTiles, split
 
+# By how often a tile of this kind halves the largest edge.
+_SIZES = {
+    name: (LARGEST_TILE // edge).bit_length() - 1
+    for name, edge in (("large", MERGED * TILE), ("tile", TILE), ("part", TILE // PARTS))
+}
 # Of pixels for which the margins of the maps' cells are enough [m].
 _WITHIN_MARGINS_M = 9800.0
 # Where a large tile spans less of a map's texel, it reads the map's slopes at its corners: 0.1 % of
@@ -25,10 +33,132 @@ DUSK, DARK = 0.5 / 12.0, -0.1
 _FULL_MOON, _FADES = 2.5e-6, 0.023
 
 
+@dataclass(frozen=True)
+class TileDraw:
+    """Faces that one program draws, of one image.
+
+    defines : of the program
+    step : halvings of what it reads; None where it finds them
+    """
+
+    program: str
+    defines: tuple[str, ...]
+    step: int | None
+    image: int
+    first: int
+    count: int
+
+
+class TileDraws:
+    """Draws over tiles, and their faces."""
+
+    def __init__(self) -> None:
+        self._draws: list[TileDraw] = []
+        self._faces: list[Faces] = []
+        self._count = 0
+
+    def __iter__(self) -> Iterator[TileDraw]:
+        return iter(self._draws)
+
+    @property
+    def faces(self) -> Faces:
+        """(n, 6) of all draws."""
+        return np.concatenate([np.empty((0, 6), np.uint32), *self._faces])
+
+    def add(self, program: str, tiles: Mask, defines: tuple[str, ...]) -> None:
+        """Some of the tiles (images, rows, columns)."""
+        if tiles.all():
+            # One large face costs less than its parts.
+            image = np.arange(len(tiles))
+            origin, (rows, columns) = np.zeros_like(image), tiles.shape[1:]
+            faces = tile_faces(origin, origin, _SIZES["tile"], columns, rows)
+        else:
+            image, y, x = np.nonzero(tiles)
+            faces = tile_faces(x, y, _SIZES["tile"])
+        self._add_sorted(program, (defines,), image, faces, len(tiles), steps=False)
+
+    def add_even(
+        self,
+        program: str,
+        tiles: BackgroundTiles,
+        defines: Sequence[tuple[str, ...]],
+        which: IndexArray,
+    ) -> None:
+        """The even and the finer tiles.
+
+        defines : of the program for each kind of tile
+        which : (images, rows, columns) number of a tile's kind, and their count times its step
+        """
+        images = len(which)
+        merged = tiles.calm & tiles.even
+        large = _merged(merged, which)
+        even = tiles.even.copy()
+        rows, columns = (MERGED * length for length in large.shape[1:])
+        even[:, :rows, :columns] &= ~split(large, MERGED)
+        keys, faces = [], []
+        for mask, size, scale in (
+            (large, "large", MERGED),
+            (even, "tile", 1),
+            (tiles.finer, "part", 1),
+        ):
+            image, y, x = np.nonzero(mask)
+            key = which[image, scale * y, scale * x] * images + image
+            if size == "part":
+                row, column = (part.ravel() for part in np.indices((PARTS, PARTS)))
+                y, x = (PARTS * y[:, None] + row).ravel(), (PARTS * x[:, None] + column).ravel()
+                key = key.repeat(PARTS**2)
+            keys.append(key)
+            faces.append(tile_faces(x, y, _SIZES[size]))
+        key = np.concatenate(keys)
+        # Few bits sort fastest.
+        key = key.astype(np.min_scalar_type(key.max(initial=0)))
+        order = np.argsort(key, kind="stable")
+        self._add_sorted(
+            program, defines, key[order], np.concatenate(faces)[order], images, steps=True
+        )
+
+    def _add_sorted(
+        self,
+        program: str,
+        defines: Sequence[tuple[str, ...]],
+        key: IndexArray,
+        faces: Faces,
+        images: int,
+        *,
+        steps: bool,
+    ) -> None:
+        """Faces in the order of their keys: image, plus the count of images times kind and step."""
+        ends = [*(np.flatnonzero(key[1:] != key[:-1]) + 1).tolist(), len(key)]
+        for start, end in pairwise([0, *ends]) if len(key) else ():
+            kind_and_step, image = divmod(int(key[start]), images)
+            step, kind = divmod(kind_and_step, len(defines))
+            place = self._count + start, end - start
+            self._draws.append(
+                TileDraw(program, defines[kind], step if steps else None, image, *place)
+            )
+        self._faces.append(faces)
+        self._count += len(faces)
+
+
+def _merged(tiles: Mask, which: IndexArray) -> Mask:
+    """Larger tiles: those all of whose parts are in a mask, and of one kind."""
+    rows, columns = (length // MERGED * MERGED for length in tiles.shape[1:])
+
+    def part(values: AnyArray, row: int, column: int) -> AnyArray:
+        return values[:, row:rows:MERGED, column:columns:MERGED]
+
+    merged = part(tiles, 0, 0).copy()
+    for row, column in np.ndindex(MERGED, MERGED):
+        merged &= part(tiles, row, column)
+        merged &= part(which, row, column) == part(which, 0, 0)
+    return merged
+
+
 def lights_and_seasons(
-    ground: Mask, dark: Mask, frosted: Mask, glint: Mask
+    ground: Mask, dark: Mask, tiles: BackgroundTiles
 ) -> Iterator[tuple[tuple[str, ...], Mask]]:
     """Tiles that are found by pixels in masks, with what their shader knows of them."""
+    frosted, glint = tiles.known.frosted, tiles.glint
     for night in (), ("NIGHT",):
         for frost in (), ("FROST",):
             for shining in (), ("GLINT",):
@@ -38,36 +168,45 @@ def lights_and_seasons(
                     yield (*night, *frost, *shining), mask
 
 
-def kinds_at_corners(tiles: BackgroundTiles, dark: Mask) -> Iterator[tuple[tuple[str, ...], Mask]]:
-    """The even and the finer tiles in masks, with what their shader knows of them.
+def kinds_at_corners(
+    tiles: BackgroundTiles, dark: Mask
+) -> tuple[list[tuple[str, ...]], IndexArray]:
+    """What a shader knows of the even and the finer tiles: each kind, and (images, rows, columns)
+    the number of each tile's kind.
 
     The rare ones, at night or at the corners of the noise's cube, are left few programs.
     """
-    seen = tiles.even | tiles.finer
-    small = tiles.pixel < _WITHIN_MARGINS_M
-    level = tiles.pixel * MERGED * TILE < _SPANNED_TEXELS * MAP_TEXEL_M
-    yz, zx, xy = tiles.two_faces
-    plain = (tiles.one_face | yz | zx | xy) & ~dark
+    known = tiles.known
+    small = known.pixel < _WITHIN_MARGINS_M
+    level = known.pixel * MERGED * TILE < _SPANNED_TEXELS * MAP_TEXEL_M
+    yz, zx, xy = known.two_faces
+    two_faces = yz | zx | xy
+    plain = (known.one_face | two_faces) & ~dark
+    land = known.land & small & plain
     kinds = {
-        "ONE_FACE": tiles.one_face,
-        "TWO_FACES": yz | zx | xy,
+        "ONE_FACE": known.one_face,
+        "TWO_FACES": two_faces,
         "FACES_YZ": yz,
         "FACES_ZX": zx & ~yz,
         "FACES_XY": xy & ~yz & ~zx,
         "NIGHT": dark,
-        "FROST": tiles.frosted,
-        "SEA": tiles.sea,
-        "LAND": tiles.land & small & plain,
-        "GLINT": tiles.glint & ~tiles.land,
-        "NO_HIGH_CLOUD": ~tiles.high_clouds & small & plain,
+        "FROST": known.frosted,
+        "SEA": known.sea,
+        "LAND": land,
+        "GLINT": tiles.glint & ~known.land,
+        "NO_HIGH_CLOUD": ~known.high_clouds & small & plain,
+        "RELIEF_AT_CORNERS": land & level,
     }
-    kinds["RELIEF_AT_CORNERS"] = kinds["LAND"] & level
-    which = np.zeros(seen.shape, dtype=np.int64)
-    for bit, known_of in enumerate(kinds.values()):
-        which += known_of.astype(np.int64) << bit
-    for value in np.unique(which[seen]).tolist():
-        known = tuple(kind for bit, kind in enumerate(kinds) if value >> bit & 1)
-        yield known, seen & (which == value)
+    seen = tiles.even | tiles.finer
+    bits = np.zeros(seen.shape, dtype=np.int64)
+    for bit, of_kind in enumerate(kinds.values()):
+        bits |= of_kind.astype(np.int64) << bit
+    present = np.bincount(bits[seen], minlength=1 << len(kinds)) > 0
+    names = [
+        tuple(kind for bit, kind in enumerate(kinds) if value >> bit & 1)
+        for value in np.flatnonzero(present).tolist()
+    ]
+    return names, (present.cumsum() - 1)[bits]
 
 
 def halvings(pixel: Array, texel: float) -> IndexArray:
