@@ -60,7 +60,7 @@ class PosedTransport(LightTransport):
 
     @cached_property
     def of_vertices(self) -> GatherMatrix:
-        """The rows of its gather points for each vertex of the mesh."""
+        """What its gather points get, and which of them each vertex of the mesh has."""
         return replace(self.separate, between=self.between)
 
     def cells_of(self, sky: SkyRadiance) -> Array32:

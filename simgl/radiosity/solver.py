@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
@@ -298,6 +297,7 @@ def earth_share(matrix: GatherMatrix, cell_radiance: Array32 | None) -> Array32:
     free = np.maximum(matrix.sky_rays @ bands, np.float32(1e-30))[matrix.sky_rays_row]
     share = (matrix.sky_part @ bands) / free
     np.subtract(np.float32(1.0), share, out=share, where=~matrix.sky_part_seen)
+    share = np.take(share, matrix.rows)
     if matrix.between is not None:
         between = matrix.between
         lost = (between.sky_lost @ bands) / np.maximum(between.sky_rays @ bands, np.float32(1e-30))
@@ -306,34 +306,17 @@ def earth_share(matrix: GatherMatrix, cell_radiance: Array32 | None) -> Array32:
 
 
 def vertex_irradiance(
-    matrix: GatherMatrix,
-    exitance: Array32,
-    values: Array32,
-    executor: Executor,
-    more: Array32 | None = None,
-) -> None:
-    """Irradiance of vertices from the body's own surfaces [W m-2].
+    matrix: GatherMatrix, exitance: Array32, more: Array32 | None = None
+) -> Array32:
+    """(r, 4) irradiance of vertices from the body's own surfaces [W m-2].
 
     exitance : (p, 4) of the patches, after all bounces
-    values : (k, sides, 4 or more) whose first four columns are filled
-    executor : works on one half; products of sparse matrices release Python's lock
     more : (r, 4) what vertices get besides
     """
-    first, second = matrix.gather
-    flat = values.reshape(-1, values.shape[2])
-    middle = first.shape[0]
-
-    def fill(part: slice, gather: sparse.csr_matrix) -> None:
-        light = gather @ exitance
-        if more is not None:
-            light += more[part]
-            # Where other spacecraft take light that more rays do not find.
-            np.maximum(light, 0.0, out=light)
-        flat[part, :4] = light
-
-    rest = executor.submit(fill, slice(middle, None), second)
-    fill(slice(0, middle), first)
-    rest.result()
+    light: Array32 = np.take(matrix.gather @ exitance, matrix.rows, axis=0)
+    if more is not None:
+        light += more
     if matrix.between is not None:
-        flat[:, :4] += matrix.between.spread @ (matrix.between.light @ exitance)
-        np.maximum(flat[:, :4], 0.0, out=flat[:, :4])
+        light += matrix.between.spread @ (matrix.between.light @ exitance)
+    # Where other bodies and parts take light that more rays do not find.
+    return np.maximum(light, 0.0, out=light)
