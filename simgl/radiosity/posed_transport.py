@@ -65,8 +65,7 @@ class PosedTransport(LightTransport):
 
     def cells_of(self, sky: SkyRadiance) -> Array32:
         """(96 g, 4) radiance of the cells of the sky [W m-2 sr-1]."""
-        fine = cell_radiance(sky, FINE_ACROSS)
-        return np.concatenate([balanced(fine[parts]) for parts in self._looks])
+        return balanced(cell_radiance(sky, FINE_ACROSS)[self._looks]).reshape(-1, 4)
 
     @cached_property
     def _looks(self) -> IndexArray:
