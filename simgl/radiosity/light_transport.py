@@ -190,6 +190,15 @@ class LightTransport:
         return 0.5 * (low + high), 0.5 * np.linalg.norm(high - low, axis=1) + np.float32(1e-3)
 
     @cached_property
+    def few_points(self) -> tuple[Array32, Array32, Mask]:
+        """(p, n / 2, 3), the same and (p, n / 2): every other sample point, normal there, and
+        whether it is outside all other parts; enough for the light of lamps."""
+        points, normals, open_ = (
+            np.ascontiguousarray(a[:, ::2]) for a in (self.points, self.normals, self.point_open)
+        )
+        return points, normals, open_
+
+    @cached_property
     def tracer(self) -> AnyRayTracer:
         """For the light of the Sun and of lamps."""
         return RayTracer(self.mesh)

@@ -221,24 +221,22 @@ def lamp_irradiance(
     """(p, 4) mean irradiance of each patch by a lamp [W m-2]."""
     mean = np.zeros(len(transport.areas))
     patches = _patches_in_beam(transport, lamp)
-    valid = transport.point_open[patches, ::2]
-    of_patch = np.repeat(np.arange(len(patches)), valid.shape[1])
-    points, normals = (
-        a[patches, ::2].reshape(-1, 3) for a in (transport.points, transport.normals)
-    )
-    offset = lamp.place - points
-    along = np.einsum("ni,ni->n", normals, offset)
+    points, normals, valid = (np.take(a, patches, axis=0) for a in transport.few_points)
+    offset = lamp.place - points.reshape(-1, 3)
+    along = np.einsum("ni,ni->n", normals.reshape(-1, 3), offset)
     # Most face away; the others one beside the other.
     lit = np.flatnonzero((along > 0.0) & valid.ravel())
-    points, offset = points[lit], offset[lit]
-    distance = np.linalg.norm(offset, axis=1)
+    points = np.take(points.reshape(-1, 3), lit, axis=0)
+    offset = np.take(offset, lit, axis=0)
+    distance = np.sqrt(np.einsum("ni,ni->n", offset, offset))
     off_axis = np.arccos(np.clip(-(offset @ lamp.axis) / distance, -1.0, 1.0))
     beyond = np.clip((off_axis - lamp.half_angle) / lamp.edge, 0.0, 1.0)
     power = along[lit] / distance * (1.0 - beyond * beyond * (3.0 - 2.0 * beyond)) / distance**2
     seen = np.flatnonzero(power > 0.0)
-    blocked = _blocked_before(transport, lamp, points[seen], offset[seen], blockers)
+    rays = (np.take(a, seen, axis=0) for a in (points, offset, distance))
+    blocked = _blocked_before(transport, lamp, *rays, blockers)
     power[seen[blocked]] = 0.0
-    total = np.bincount(of_patch[lit], power, minlength=len(patches))
+    total = np.bincount(lit // valid.shape[1], power, minlength=len(patches))
     mean[patches] = total / np.maximum(valid.sum(axis=1), 1)
     return (mean[:, None] * lamp.intensity).astype(np.float32)
 
@@ -259,20 +257,21 @@ def _blocked_before(
     lamp: SpotLight,
     points: Array32,
     offsets: Array,
+    distances: Array,
     blockers: Sequence[Blocker],
 ) -> Mask:
     """Whether anything lies between points in a beam and its lamp, at the ends of offsets."""
     ends = np.full(len(points), 1.0 - 1e-3, dtype=np.float32)
     blocked = transport.tracer.occluded(points, offsets, ends)
     # The lamp sits on its own craft: its housing, within 1 cm, does not count.
-    ends = (1.0 - 0.01 / np.linalg.norm(offsets, axis=1)).astype(np.float32)
+    ends = (1.0 - 0.01 / distances).astype(np.float32)
     for blocker in blockers:
         if not _reaches_into(blocker, lamp):
             continue
         matrix = blocker.other_from_body
         rest = np.flatnonzero(~blocked)
-        origins = points[rest] @ matrix[:3, :3].T + matrix[:3, 3]
-        rays = offsets[rest] @ matrix[:3, :3].T
+        origins = np.take(points, rest, axis=0) @ matrix[:3, :3].T + matrix[:3, 3]
+        rays = np.take(offsets, rest, axis=0) @ matrix[:3, :3].T
         blocked[rest] = blocker.tracer.occluded(origins, rays, ends[rest])
     return blocked
 
