@@ -195,8 +195,10 @@ def blocked_by(
 
     asked : (p,) patches that need it; the others get 0
     """
-    centres, radii = transport.patch_spheres
-    hidden = np.zeros(transport.point_open.shape, dtype=np.bool_)
+    lit = np.flatnonzero(asked)
+    centres, radii = (np.take(a, lit, axis=0) for a in transport.patch_spheres)
+    each = transport.points.shape[1]
+    hidden = np.zeros((len(lit), each), dtype=np.bool_)
     for blocker in blockers:
         turn, shift = blocker.other_from_body[:3, :3], blocker.other_from_body[:3, 3]
         towards = turn @ direction
@@ -205,14 +207,16 @@ def blocked_by(
         along = offset @ towards
         past = offset - along[:, None] * towards
         reach = blocker.radius + radii
-        near = (np.einsum("ij,ij->i", past, past) < reach * reach) & (along < reach)
-        patches = np.flatnonzero(asked & near)
-        points = transport.points[patches].reshape(-1, 3)
+        passed = np.einsum("ij,ij->i", past, past) < reach * reach
+        near = np.flatnonzero(passed & (along < reach))
+        points = np.take(transport.points, lit[near], axis=0).reshape(-1, 3)
         origins = points @ turn.T.astype(np.float32) + shift.astype(np.float32)
         rays = np.broadcast_to(towards.astype(np.float32), origins.shape)
         met = blocker.tracer.occluded(origins, rays)
-        hidden[patches] |= met.reshape(hidden[patches].shape)
-    return hidden.mean(axis=1, dtype=np.float32)
+        hidden[near] |= met.reshape(-1, each)
+    share = np.zeros(len(asked), dtype=np.float32)
+    share[lit] = hidden.mean(axis=1, dtype=np.float32)
+    return share
 
 
 def lamp_irradiance(
