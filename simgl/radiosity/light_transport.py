@@ -193,10 +193,11 @@ class LightTransport:
     def few_points(self) -> tuple[Array32, Array32, Mask]:
         """(p, n / 2, 3), the same and (p, n / 2): every other sample point, normal there, and
         whether it is outside all other parts; enough for the light of lamps."""
-        points, normals, open_ = (
-            np.ascontiguousarray(a[:, ::2]) for a in (self.points, self.normals, self.point_open)
+        return (
+            np.ascontiguousarray(self.points[:, ::2]),
+            np.ascontiguousarray(self.normals[:, ::2]),
+            np.ascontiguousarray(self.point_open[:, ::2]),
         )
-        return points, normals, open_
 
     @cached_property
     def tracer(self) -> AnyRayTracer:

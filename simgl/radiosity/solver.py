@@ -225,19 +225,21 @@ def lamp_irradiance(
     """(p, 4) mean irradiance of each patch by a lamp [W m-2]."""
     mean = np.zeros(len(transport.areas))
     patches = _patches_in_beam(transport, lamp)
-    points, normals, valid = (np.take(a, patches, axis=0) for a in transport.few_points)
-    offset = lamp.place - points.reshape(-1, 3)
-    along = np.einsum("ni,ni->n", normals.reshape(-1, 3), offset)
+    all_points, all_normals, all_open = transport.few_points
+    points = np.take(all_points, patches, axis=0).reshape(-1, 3)
+    normals = np.take(all_normals, patches, axis=0).reshape(-1, 3)
+    valid = np.take(all_open, patches, axis=0)
+    offset = lamp.place - points
+    along = np.einsum("ni,ni->n", normals, offset)
     # Most face away; the others one beside the other.
     lit = np.flatnonzero((along > 0.0) & valid.ravel())
-    points = np.take(points.reshape(-1, 3), lit, axis=0)
-    offset = np.take(offset, lit, axis=0)
+    points, offset = np.take(points, lit, axis=0), np.take(offset, lit, axis=0)
     distance = np.sqrt(np.einsum("ni,ni->n", offset, offset))
     off_axis = np.arccos(np.clip(-(offset @ lamp.axis) / distance, -1.0, 1.0))
     beyond = np.clip((off_axis - lamp.half_angle) / lamp.edge, 0.0, 1.0)
     power = along[lit] / distance * (1.0 - beyond * beyond * (3.0 - 2.0 * beyond)) / distance**2
     seen = np.flatnonzero(power > 0.0)
-    rays = (np.take(a, seen, axis=0) for a in (points, offset, distance))
+    rays = np.take(points, seen, axis=0), np.take(offset, seen, axis=0), distance[seen]
     blocked = _blocked_before(transport, lamp, *rays, blockers)
     power[seen[blocked]] = 0.0
     total = np.bincount(lit // valid.shape[1], power, minlength=len(patches))

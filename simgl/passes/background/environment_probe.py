@@ -11,12 +11,11 @@ from simgl.arrays import Array32
 from simgl.environment_map import (
     COARSE,
     FINE,
-    ROUGHNESS,
     SkyRadiance,
     irradiance,
-    prefiltered,
-    prepare_sums,
+    prepare_irradiance,
 )
+from simgl.glossy_sky import ROUGHNESS, prefiltered, prepare_lobes
 from simgl.lru_cache import LruCache
 from simgl.passes.drawn_spacecraft import EnvironmentProbe, SkyTextures
 from simgl.view.background import LIMB_TEXELS, SKY_TEXELS, TERMINATOR_TEXELS, SkyView
@@ -45,7 +44,9 @@ class EnvironmentProbeStore:
 
     def prepare(self) -> None:
         """Make what skies of every size need, in the executor's thread: an orbit meets them all."""
-        self._executor.submit(prepare_sums, (SKY_TEXELS, TERMINATOR_TEXELS, LIMB_TEXELS))
+        texels = SKY_TEXELS, TERMINATOR_TEXELS, LIMB_TEXELS
+        self._executor.submit(prepare_irradiance, texels)
+        self._executor.submit(prepare_lobes)
 
     def missing(self, views: Sequence[SkyView | None]) -> list[SkyView]:
         """The different views whose radiance has to be added before ``of`` knows their probes."""
