@@ -341,6 +341,7 @@ def _corners(n: int) -> Array:
 def float_matrix(
     rows: IndexArray, columns: IndexArray, values: Array, shape: tuple[int, int]
 ) -> csr_array:
+    """A float32 matrix of entries, those at the same place summed."""
     entries = values.ravel().astype(np.float32), (rows.ravel(), columns.ravel())
     return csr_array(entries, shape=shape)
 
