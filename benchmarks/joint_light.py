@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import argparse
 import json
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -77,9 +76,7 @@ def measure(
     assert transport is not None
     exitance = PatchLight().exitance(model, transport, None, incident_light(state, body))
     matrix = transport.of_vertices
-    values = np.empty((*matrix.shape, 5), dtype=np.float32)
-    with ThreadPoolExecutor(max_workers=1) as executor:
-        vertex_irradiance(matrix, exitance, values, executor)
+    values = vertex_irradiance(matrix, exitance).reshape(*matrix.shape, 4)
     motion = model.posed_mesh.motion
     mesh = PosedMesh(mesh=transport.mesh, joints=model.joints, motion=motion).baked()
     weight = outside(mesh)

@@ -8,8 +8,10 @@ the centre, texel (row j, column i) of face f lies in the direction
 which is a cube map of OpenGL, texel for texel (its faces are mirrored: right x down = -forward).
 
     cube of radiance (6, n, n, 4)
-      -> irradiance(), prefiltered()   octahedral maps, what diffuse and glossy surfaces need
-      -> cell_radiance()               means over few large cells, for precomputed visibility
+      -> irradiance()      an octahedral map, what diffuse surfaces need
+      -> cell_radiance()   means over few large cells, for precomputed visibility
+
+What glossy surfaces need is worked out by simgl/glossy_sky.py.
 
 An octahedral map of m x m points holds a function of direction: the octahedron |x| + |y| + |z| = 1
 seen along -z, its lower half folded outwards (Meyer et al. 2010). Points lie on the square's edges
@@ -33,17 +35,11 @@ FORWARD = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0,
 RIGHT = np.array([[0, 0, -1], [0, 0, 1], [1, 0, 0], [1, 0, 0], [1, 0, 0], [-1, 0, 0.0]])
 DOWN = np.array([[0, -1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1], [0, -1, 0], [0, -1, 0.0]])
 
-# Irradiance is summed over so many blocks along a face's edge, glossy light over a pyramid.
+# Irradiance is summed over so many blocks along a face's edge, glossy light over a pyramid of them.
 _BLOCKS = 16
-_PYRAMID = (64, 32, 16, 8, 4, 2)
+PYRAMID = (64, 32, 16, 8, 4, 2)
 # Points along an edge of the octahedral maps, 7.5 and 3.75 degrees apart on the whole.
 COARSE, FINE = 25, 49
-# The layers of prefiltered light belong to these perceptual roughnesses; 0 is the cube itself.
-ROUGHNESS = (0.2, 0.4, 0.6, 0.8, 1.0)
-# For each but the last: points along an edge of the map as it is summed, and how wide a block may
-# be to serve a lobe, in units of the lobe's scale there.
-_POINTS = (FINE, COARSE, COARSE, COARSE)
-_BLOCK_TO_LOBE = (0.5, 0.35, 0.35, 0.35)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -57,9 +53,9 @@ class SkyRadiance:
 
     def __post_init__(self) -> None:
         n = self.radiance.shape[1]
-        if self.radiance.shape != (6, n, n, 4) or n % _PYRAMID[0]:
+        if self.radiance.shape != (6, n, n, 4) or n % PYRAMID[0]:
             raise ValueError(
-                f"a sky is (6, n, n, 4) with n a multiple of {_PYRAMID[0]}, "
+                f"a sky is (6, n, n, 4) with n a multiple of {PYRAMID[0]}, "
                 f"got {self.radiance.shape}"
             )
 
@@ -70,10 +66,12 @@ class SkyRadiance:
         For n = 64, 32, 16, 8, 4 and 2.
         """
         fine = self.radiance.shape[1]
-        flux = self.radiance * cube_solid_angles(fine).astype(np.float32)[:, :, None]
+        flux = (self.radiance.reshape(6, fine, -1) * _texel_weights(fine)).reshape(6, fine, fine, 4)
         levels = {}
-        for n in _PYRAMID:
-            flux = levels[n] = _merged(flux, n)
+        for n in PYRAMID:
+            while flux.shape[1] > n:
+                flux = _halved(flux)
+            levels[n] = flux
         return levels
 
 
@@ -94,6 +92,12 @@ def cube_solid_angles(n: int) -> Array:
     x, y = np.meshgrid(edge, edge)
     corner = np.arctan2(x * y, np.sqrt(x * x + y * y + 1.0))
     return np.diff(np.diff(corner, axis=0), axis=1)
+
+
+@lru_cache(maxsize=3)
+def _texel_weights(n: int) -> Array32:
+    """(n, 4 n) solid angles of a face's texels, once for each band."""
+    return np.repeat(cube_solid_angles(n).astype(np.float32), 4, axis=1)
 
 
 def cube_cell(directions: Array, n: int) -> IndexArray:
@@ -161,7 +165,7 @@ def turned(sky: SkyRadiance, R_sky_from_body: Array) -> SkyRadiance:
 
     R_sky_from_body : (3, 3) to the axes of the sky
     """
-    n = _PYRAMID[0]
+    n = PYRAMID[0]
     directions = cube_directions(n) @ R_sky_from_body.T
     return SkyRadiance(radiance=cell_radiance(sky, n)[cube_cell(directions, n)])
 
@@ -195,59 +199,29 @@ def irradiance(sky: SkyRadiance) -> Array32:
     operator = _irradiance_operator(sky.radiance.shape[1])
     vectors = operator.vectors @ sky.radiance.reshape(-1, 4)
     levels = [vectors.reshape(6, _BLOCKS, _BLOCKS, 12)]
-    while levels[-1].shape[1] > _PYRAMID[-1]:
-        levels.append(_merged(levels[-1], levels[-1].shape[1] // 2))
+    while levels[-1].shape[1] > PYRAMID[-1]:
+        levels.append(_halved(levels[-1]))
     above = operator.above @ np.concatenate([level.reshape(-1, 12) for level in levels])
     total = np.einsum("pc,pcb->pb", operator.normals, above.reshape(-1, 3, 4))
     total += operator.cut @ np.einsum("kc,kcb->kb", operator.block_flux, vectors.reshape(-1, 3, 4))
     return total.reshape(COARSE, COARSE, 4)
 
 
-def prepare_sums(texels: Iterable[int]) -> None:
-    """Make what ``irradiance`` and ``prefiltered`` need for skies of so many texels along an edge,
-    unless an earlier run has made it."""
+def prepare_irradiance(texels: Iterable[int]) -> None:
+    """Make what ``irradiance`` needs for skies of so many texels along an edge, unless an earlier
+    run has made it."""
     for n in texels:
         _irradiance_operator(n)
-    for level in range(len(_POINTS)):
-        _lobe_operator(level)
 
 
-def prefiltered(sky: SkyRadiance, plane_irradiance: Array32) -> Array32:
-    """(5, m, m, 4) mean radiance that glossy lobes of each ``ROUGHNESS`` see [W m-2 sr-1].
-
-    Octahedral maps by the mirror direction r, for n = v = r (the split sum of Karis 2013): weights
-    D(h) max(n.l, 0) with the GGX distribution D. At roughness 1 that is the irradiance over pi.
-    """
-    pyramid = np.concatenate([sky.pyramid[n].reshape(-1, 4) for n in _PYRAMID])
-    maps = []
-    for level, points in enumerate(_POINTS):
-        lobes = _lobe_operator(level) @ pyramid
-        maps.append(_refined(lobes.reshape(points, points, 4)))
-    maps.append(_refined(plane_irradiance / np.float32(np.pi)))
-    return np.stack(maps)
-
-
-def _refined(coarse: Array32) -> Array32:
-    """An octahedral map on the fine grid, linear between the points of a coarse one."""
-    if len(coarse) == FINE:
-        return coarse
-    fine = np.empty((FINE, FINE, 4), dtype=np.float32)
-    fine[::2, ::2] = coarse
-    fine[::2, 1::2] = 0.5 * (coarse[:, 1:] + coarse[:, :-1])
-    fine[1::2] = 0.5 * (fine[2::2] + fine[:-2:2])
-    return fine
-
-
-def _merged(values: Array32, n: int) -> Array32:
-    """(6, n, n, k) sums over square blocks."""
-    size = values.shape[1] // n
-    rows = values[:, ::size]
-    for k in range(1, size):
-        rows = rows + values[:, k::size]
-    merged = rows[:, :, ::size]
-    for k in range(1, size):
-        merged = merged + rows[:, :, k::size]
-    return merged
+def _halved(values: Array32) -> Array32:
+    """(6, n / 2, n / 2, k) sums over blocks of 2 x 2."""
+    _, n, _, k = values.shape
+    rows = (values[:, ::2] + values[:, 1::2]).ravel()
+    # Of all neighbours, half of them in vain: numpy takes as long for k numbers as for hundreds.
+    sums = (rows[:-k] + rows[k:]).reshape(-1, k)
+    every_other = np.arange(0, 3 * n * n, 2)
+    return np.take(sums, every_other, axis=0).reshape(6, n // 2, n // 2, k)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -306,7 +280,7 @@ def _made_irradiance_operator(n: int) -> _IrradianceOperator:
     weighted = (cube_directions(n) * cube_solid_angles(n)[:, :, None]).reshape(-1, 3)
     face, row, column = np.indices((6, n, n)).reshape(3, -1)
     block = (face * _BLOCKS + row // size) * _BLOCKS + column // size
-    vectors = _matrix(
+    vectors = float_matrix(
         3 * block[:, None] + np.arange(3),
         np.repeat(np.arange(len(block)), 3),
         weighted,
@@ -320,9 +294,9 @@ def _made_irradiance_operator(n: int) -> _IrradianceOperator:
     return _IrradianceOperator(
         normals=normals.astype(np.float32),
         vectors=vectors,
-        above=_matrix(point, above, np.ones(len(point)), (len(normals), width)),
+        above=float_matrix(point, above, np.ones(len(point)), (len(normals), width)),
         block_flux=block_flux.astype(np.float32),
-        cut=_matrix(cut_point, cut_block, share, (len(normals), len(block_flux))),
+        cut=float_matrix(cut_point, cut_block, share, (len(normals), len(block_flux))),
     )
 
 
@@ -335,7 +309,7 @@ def _halves(normals: Array) -> tuple[Pairs, Pairs, int]:
     returns : (plane, block) of those wholly above, counted over 16 x 16 to 2 x 2 blocks a face; of
         the finest that are cut; number of blocks in all
     """
-    n, start = _PYRAMID[-1], sum(6 * k * k for k in _PYRAMID if k <= _BLOCKS)
+    n, start = PYRAMID[-1], sum(6 * k * k for k in PYRAMID if k <= _BLOCKS)
     width = start
     point = np.repeat(np.arange(len(normals)), 6 * n * n)
     block = np.tile(np.arange(6 * n * n), len(normals))
@@ -350,7 +324,7 @@ def _halves(normals: Array) -> tuple[Pairs, Pairs, int]:
         if n == _BLOCKS:
             rows, columns = (np.concatenate(part) for part in zip(*covered, strict=True))
             return (rows, columns), (point, block), width
-        point, block, n = np.repeat(point, 4), _children(block, n), 2 * n
+        point, block, n = np.repeat(point, 4), block_children(block, n), 2 * n
 
 
 def _corners(n: int) -> Array:
@@ -364,80 +338,17 @@ def _corners(n: int) -> Array:
     return np.stack(corners, axis=1)
 
 
-def _matrix(
+def float_matrix(
     rows: IndexArray, columns: IndexArray, values: Array, shape: tuple[int, int]
 ) -> csr_array:
+    """A float32 matrix of entries, those at the same place summed."""
     entries = values.ravel().astype(np.float32), (rows.ravel(), columns.ravel())
     return csr_array(entries, shape=shape)
 
 
-@lru_cache(maxsize=len(ROUGHNESS))
-def _lobe_operator(level: int) -> csr_array:
-    """``_made_lobe_operator``, made once on a machine."""
-
-    def fits(arrays: Arrays) -> bool:
-        shape = (_POINTS[level] ** 2, sum(6 * n * n for n in _PYRAMID))
-        return bool(matrix_of("lobes", arrays).shape == shape)
-
-    arrays = computed_once(
-        "tables",
-        (__name__, "numpy"),
-        ("lobes", level),
-        lambda: matrix_arrays("lobes", _made_lobe_operator(level)),
-        fits,
-    )
-    return matrix_of("lobes", arrays)
-
-
-def _made_lobe_operator(level: int) -> csr_array:
-    """(points^2, pyramid) weights of block fluxes [sr-1] in the lobes about a map's directions.
-
-    Each lobe takes large blocks far from its axis and small ones near it.
-    """
-    alpha = ROUGHNESS[level] ** 2
-    axes = octahedron(_POINTS[level]).reshape(-1, 3)
-    point = np.repeat(np.arange(len(axes)), 6 * _PYRAMID[-1] ** 2)
-    block = np.tile(np.arange(6 * _PYRAMID[-1] ** 2), len(axes))
-    terms: list[tuple[IndexArray, IndexArray, Array, Array]] = []
-    start = sum(6 * n * n for n in _PYRAMID)
-    for n in _PYRAMID[::-1]:
-        start -= 6 * n * n
-        middle = cube_directions(n).reshape(-1, 3)[block]
-        width = np.sqrt(cube_solid_angles(n).ravel()[block % (n * n)])
-        away = np.linalg.norm(middle - axes[point], axis=1)
-        coarse = width > _BLOCK_TO_LOBE[level] * np.hypot(2.0 * alpha, away)
-        # At the bottom of the pyramid the finest block serves.
-        taken = ~coarse | (n == _PYRAMID[0])
-        share = _lobe_integral(axes[point[taken]], block[taken], n, alpha)
-        solid_angle = cube_solid_angles(n).ravel()[block[taken] % (n * n)]
-        terms.append((point[taken], start + block[taken], share / solid_angle, share))
-        point, block = np.repeat(point[~taken], 4), _children(block[~taken], n)
-    rows, columns, weights, shares = (np.concatenate(part) for part in zip(*terms, strict=True))
-    total = np.bincount(rows, weights=shares, minlength=len(axes))
-    shape = (len(axes), sum(6 * n * n for n in _PYRAMID))
-    lit = weights > 0.0
-    return _matrix(rows[lit], columns[lit], (weights / total[rows])[lit], shape)
-
-
-def _children(block: IndexArray, n: int) -> IndexArray:
+def block_children(block: IndexArray, n: int) -> IndexArray:
     """The four blocks of the next finer level, 2 n blocks along an edge, for each block."""
     face, rest = np.divmod(block, n * n)
     row, column = np.divmod(rest, n)
     first = (face * 2 * n + 2 * row) * 2 * n + 2 * column
     return (first[:, None] + np.array([0, 1, 2 * n, 2 * n + 1])).ravel()
-
-
-def _lobe_integral(axes: Array, block: IndexArray, n: int, alpha: float) -> Array:
-    """Of D(h) max(n.l, 0) over blocks of n along an edge, for n = v = the lobe's axis."""
-    # 4 x 4 directions in each block: one of a lobe's own width sees its slope and curve.
-    fine = cube_directions(4 * n).reshape(6, n, 4, n, 4, 3).transpose(2, 4, 0, 1, 3, 5)
-    solid_angle = cube_solid_angles(4 * n).reshape(n, 4, n, 4).transpose(1, 3, 0, 2)
-    total = np.zeros(len(block))
-    for j, i in np.ndindex(4, 4):
-        light = fine[j, i].reshape(-1, 3)[block]
-        # 1 - (n.h)^2 = |l - n|^2 / 4, without the cancellation of a cosine near 1.
-        sine2 = 0.25 * np.sum((light - axes) ** 2, axis=1)
-        ggx = alpha**2 / (np.pi * (alpha**2 * (1.0 - sine2) + sine2) ** 2)
-        cosine = np.maximum(1.0 - 2.0 * sine2, 0.0)
-        total += ggx * cosine * solid_angle[j, i].ravel()[block % (n * n)]
-    return total

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 
@@ -104,11 +104,8 @@ class PosedRayTracer:
         starts, ways = _rows(origins), _rows(directions)
         triangle = np.full(len(starts), -1, dtype=np.int32)
         distance = np.full(len(starts), np.inf, dtype=np.float32)
-        for group, tracer in self._groups:
-            near, o, d = self._near(group, starts, ways)
-            if len(near) == 0:
-                continue
-            hit, reach = tracer.hits(o, d)
+        for group, tracer, near in self._near(starts, ways):
+            hit, reach = tracer.hits(*self._as_stored(group, starts[near], ways[near]))
             first = np.flatnonzero((hit >= 0) & (reach < distance[near]))
             triangle[near[first]] = group.triangles[hit[first]]
             distance[near[first]] = reach[first]
@@ -124,30 +121,40 @@ class PosedRayTracer:
         """
         starts, ways = _rows(origins), _rows(directions)
         occluded = np.zeros(len(starts), dtype=np.bool_)
-        for group, tracer in self._groups:
-            near, o, d = self._near(group, starts, ways)
-            if len(near):
-                ends = None if reach is None else reach[near]
-                occluded[near] |= tracer.occluded(o, d, ends)
+        for group, tracer, near in self._near(starts, ways):
+            ends = None if reach is None else reach[near]
+            rays = self._as_stored(group, starts[near], ways[near])
+            occluded[near] |= tracer.occluded(*rays, ends)
         return occluded
 
     def _near(
+        self, origins: Array32, directions: Array32
+    ) -> Iterator[tuple[RigidGroup, RayTracer, IndexArray]]:
+        """The groups that some rays may meet, and which these are."""
+        # Rows of thousands: numpy takes as long for three numbers as for hundreds.
+        starts, ways = (np.ascontiguousarray(vectors.T) for vectors in (origins, directions))
+        ways /= np.sqrt((ways * ways).sum(axis=0))
+        for group, tracer in self._groups:
+            matrix = self._motion[group.index].astype(np.float32)
+            middle = matrix[:3, :3] @ group.centre.astype(np.float32) + matrix[:3, 3]
+            offset = middle[:, None] - starts
+            along = (offset * ways).sum(axis=0)
+            past = offset - along * ways
+            # Of the bounding sphere, and what float32 leaves unsure of the farthest origin. One
+            # bound for all rays: a maximum for each takes longer than tracing the few more that it
+            # admits.
+            farthest = np.fmax.reduce(np.abs(offset), axis=None, initial=0.0)
+            reach = np.float32(1.001 * group.radius) + np.float32(1e-6) * farthest
+            near = np.flatnonzero(((past * past).sum(axis=0) < reach * reach) & (along > -reach))
+            if len(near):
+                yield group, tracer, near
+
+    def _as_stored(
         self, group: RigidGroup, origins: Array32, directions: Array32
-    ) -> tuple[IndexArray, Array32, Array32]:
-        """Which rays may meet a group, and these as they are to it where it is stored."""
+    ) -> tuple[Array32, Array32]:
+        """Rays as they are to a group where it is stored."""
         matrix = self._motion[group.index].astype(np.float32)
-        turn, shift = matrix[:3, :3], matrix[:3, 3]
-        middle = turn @ group.centre.astype(np.float32) + shift
-        offset = origins - middle
-        along = np.einsum("ij,ij->i", offset, directions)
-        along /= np.einsum("ij,ij->i", directions, directions)
-        closest = offset - along[:, None] * directions
-        # Of the bounding sphere, and what float32 leaves unsure of the farthest origin. One bound
-        # for all rays: a maximum for each takes longer than tracing the few more that it admits.
-        farthest = np.fmax.reduce(np.abs(offset), axis=None, initial=0.0)
-        reach = np.float32(1.001 * group.radius) + np.float32(1e-6) * farthest
-        near = np.flatnonzero(np.einsum("ij,ij->i", closest, closest) < reach * reach)
-        return near, (origins[near] - shift) @ turn, directions[near] @ turn
+        return (origins - matrix[:3, 3]) @ matrix[:3, :3], directions @ matrix[:3, :3]
 
 
 def _rows(vectors: ArrayLike) -> Array32:

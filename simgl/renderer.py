@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
@@ -69,6 +70,9 @@ _SURE_PIXELS = 1 << 22
 _SAMPLE_BUDGET_CPU = 125_000
 _SAMPLE_BUDGET_GPU = 500_000
 
+# Threads besides the one that draws, at most: what two spacecraft and their sky ask for at once.
+_WORKERS = 6
+
 
 class Renderer:
     """Owns every pass and target between a view and its image, in one OpenGL context."""
@@ -82,7 +86,8 @@ class Renderer:
         self._transports = TransportStore()
         self._meshes = MeshStore(ctx)
         # What other threads can do while this one waits for draws, or makes them.
-        self._executor = ThreadPoolExecutor(max_workers=2, thread_name_prefix="simgl-renderer")
+        workers = min(max(len(os.sched_getaffinity(0)), 2), _WORKERS)
+        self._executor = ThreadPoolExecutor(workers, thread_name_prefix="simgl-renderer")
         self._interreflection = InterreflectionPass(ctx, self._transports, self._executor)
         self._shadow = ShadowPass(ctx, self._meshes)
         self._lamp_shadow = LampShadowPass(ctx, self._meshes)
@@ -284,6 +289,12 @@ class Renderer:
             for part in lit_parts(tile, view):
                 with self.timer.measure("visibility"):
                     visibility = self._visibility.draw(part, spacecraft)
+                # Other threads get on until here: while this one waits for OpenGL, it holds
+                # Python's lock.
+                with self.timer.measure("interreflection"):
+                    self._interreflection.complete()
+                with self.timer.measure("probe"):
+                    self._probes.complete()
                 # From here on passes read what is still being drawn, and wait for it.
                 with self.timer.measure("shadow"):
                     self._shadow.complete([drawn.view.shadow for drawn in spacecraft])

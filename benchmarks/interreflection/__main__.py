@@ -57,7 +57,7 @@ def directions(count: int) -> Array:
 
 
 def frame_times(ctx: moderngl.Context, spacecraft: SpacecraftView, step: float) -> dict[str, float]:
-    """Of ``InterreflectionPass.draw``, the Sun moved by a step [rad] from each to the next [ms].
+    """Of ``InterreflectionPass``, the Sun moved by a step [rad] from each to the next [ms].
 
     work : of all cores
     """
@@ -73,6 +73,7 @@ def frame_times(ctx: moderngl.Context, spacecraft: SpacecraftView, step: float) 
         )
         start, before = time.perf_counter(), time.process_time()
         interreflection.draw([moved], [sky], "exact")
+        interreflection.complete()
         clock.append(1e3 * (time.perf_counter() - start))
         work.append(1e3 * (time.process_time() - before))
     interreflection.release()
@@ -99,9 +100,7 @@ def agreement(spacecraft: SpacecraftView, transport: LightTransport, count: int)
     gather = transport.of_vertices
 
     def on_vertices(exitance: Array32) -> Array32:
-        values = np.empty((*gather.shape, 4), dtype=np.float32)
-        vertex_irradiance(gather, exitance, values, EXECUTOR)
-        return values
+        return vertex_irradiance(gather, exitance).reshape(*gather.shape, 4)
 
     def at_once(cosines: Array32) -> Array32:
         irradiance = (cosines[:, None] * SUN).astype(np.float32) + sky

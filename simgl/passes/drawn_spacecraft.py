@@ -29,7 +29,7 @@ class EnvironmentProbe:
     sky : on the CPU
     cube : its radiance as a cube map
     lobes : the sky as glossy lobes see it, an octahedral map for each of
-        ``simgl.environment_map.ROUGHNESS``
+        ``simgl.glossy_sky.ROUGHNESS``
     irradiance : an octahedral map by normal
     """
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from simgl.arrays import Array32
 from simgl.environment_map import SkyRadiance
-from simgl.gpu.mesh_tables import COLUMNS, table, table_rows
+from simgl.gpu.mesh_tables import COLUMNS, table
 from simgl.lru_cache import MANY, LruCache
 from simgl.passes.mesh_store import MAX_BYTES, GridLight, VertexLighting
 from simgl.radiosity.incident_light import IncidentLight
@@ -20,6 +20,7 @@ from simgl.radiosity.neighbour_light import NeighbourLight
 from simgl.radiosity.next_poses import NextPoses
 from simgl.radiosity.next_sunlight import NextSunlight
 from simgl.radiosity.patch_light import BesidesSky, PatchLight
+from simgl.radiosity.posed_transport import PosedTransport
 from simgl.radiosity.solver import earth_share, vertex_irradiance
 from simgl.radiosity.transport_store import JointLight, TransportStore, lit_mesh
 from simgl.scene.spacecraft import SpacecraftModel
@@ -32,10 +33,19 @@ _ROW = 4 * COLUMNS // _VALUES
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class _Values:
+    """The texels of vertices, filled up to whole rows of their table, and those of nodes."""
+
+    vertices: Array32
+    nodes: Array32 | None = None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class _Solved:
-    """What the vertices of a spacecraft hold, and what that was made of."""
+    """The lighting of a spacecraft, the values that belong to it, and what they are made of."""
 
     made_of: tuple[SpacecraftModel, LightTransport, SkyRadiance | None, tuple[Hashable, ...]]
+    values: Future[_Values]
     lighting: VertexLighting
 
 
@@ -70,11 +80,16 @@ class InterreflectionPass:
         self._grids = LruCache[tuple[str, str], moderngl.Texture](
             MANY, moderngl.Texture.release, max_bytes=MAX_BYTES
         )
-        self._solved: dict[int, _Solved] = {}
+        self._unwritten: dict[int, _Solved] = {}
+        self._written: dict[int, _Solved] = {}
         self._begun: dict[int, _Begun] = {}
+        # What later frames need.
+        self._ahead: list[Future[None]] = []
 
     def begin(self, spacecraft: Sequence[SpacecraftView], joint_light: JointLight) -> None:
         """Start what ``draw`` needs besides the skies, in another thread."""
+        while self._ahead:
+            self._ahead.pop().result()
         for one in spacecraft:
             light = one.incident_light
             if light is None or light.lit_by:
@@ -101,7 +116,9 @@ class InterreflectionPass:
         skies: Sequence[SkyRadiance | None],
         joint_light: JointLight,
     ) -> list[VertexLighting | None]:
-        """The values of each spacecraft; None where nothing sees itself. Valid until the next call.
+        """The lighting of each spacecraft; None where nothing sees itself.
+
+        Its values are there after ``complete``, and valid until the next call.
 
         skies : what each sees around it
         """
@@ -111,31 +128,46 @@ class InterreflectionPass:
         ]
         for one in spacecraft:
             if joint_light == "quick" and one.incident_light is not None and one.model.joints:
-                self._next_poses.make_ahead(one.instance, one.model)
+                make_ahead = self._next_poses.make_ahead
+                self._ahead.append(self._executor.submit(make_ahead, one.instance, one.model))
         return lightings
+
+    def complete(self) -> None:
+        """Write the values of the last call of ``draw``, as soon as they are made."""
+        while self._unwritten:
+            instance, solved = self._unwritten.popitem()
+            values, lighting = solved.values.result(), solved.lighting
+            lighting.light.write(values.vertices)
+            if lighting.grids is not None:
+                lighting.grids.light.write(values.nodes)
+            self._written[instance] = solved
 
     def _lighting(
         self, spacecraft: SpacecraftView, sky: SkyRadiance | None, joint_light: JointLight
     ) -> VertexLighting | None:
-        if spacecraft.incident_light is None:
+        light, model = spacecraft.incident_light, spacecraft.model
+        if light is None:
             return None
-        model = spacecraft.model
         transport: LightTransport | None
-        if spacecraft.incident_light.lit_by:
+        if light.lit_by:
             transport = self._neighbours.transport(model, joint_light)
         else:
             transport = self._transports.of(model, joint_light)
         if transport is None:
             return None
-        made_of = model, transport, sky, spacecraft.incident_light.key
-        last = self._solved.pop(spacecraft.instance, None)
-        if last is None or last.made_of != made_of:
-            lighting = self._solve(
-                spacecraft, spacecraft.incident_light, transport, sky, joint_light
-            )
-            last = _Solved(made_of=made_of, lighting=lighting)
-        self._solved[spacecraft.instance] = last
-        return last.lighting
+        made_of = model, transport, sky, light.key
+        for all_solved in (self._unwritten, self._written):
+            solved = all_solved.pop(spacecraft.instance, None)
+            if solved is not None and solved.made_of == made_of:
+                all_solved[spacecraft.instance] = solved
+                return solved.lighting
+        solved = _Solved(
+            made_of=made_of,
+            values=self._solve(spacecraft, light, transport, sky, joint_light),
+            lighting=self._vertex_lighting(spacecraft, light, transport),
+        )
+        self._unwritten[spacecraft.instance] = solved
+        return solved.lighting
 
     def _solve(
         self,
@@ -144,60 +176,70 @@ class InterreflectionPass:
         transport: LightTransport,
         sky: SkyRadiance | None,
         joint_light: JointLight,
-    ) -> VertexLighting:
-        model = spacecraft.model
-        cells = None if sky is None else transport.cells_of(sky)
-        gather = transport.of_vertices
-        # In another thread while this one is busy with the bounces.
-        share = self._executor.submit(earth_share, gather, cells)
-        near, sunlight = None, None
+    ) -> Future[_Values]:
+        """In other threads; each task waits only for some that were submitted before it."""
+        model, gather, submit = spacecraft.model, transport.of_vertices, self._executor.submit
+        cells = submit(lambda: None if sky is None else transport.cells_of(sky))
+        share = submit(lambda: earth_share(gather, cells.result()))
         if light.lit_by:
             near = self._neighbours.received(model, sky, light, joint_light)
-            exitance = near.exitance
-        else:
-            besides = self._begun[spacecraft.instance].besides_sky.result()
-            exitance, sunlight = self.light.at_vertices(model, transport, sky, light, besides)
-        if sunlight is not None:
+
+            def with_neighbours() -> _Values:
+                irradiance = vertex_irradiance(gather, near.exitance) + near.at_rows
+                left = share.result().ravel() - near.lost_share(gather, cells.result())
+                return _Values(vertices=_texels(irradiance, np.maximum(left, 0.0)))
+
+            return submit(with_neighbours)
+        besides = self._begun[spacecraft.instance].besides_sky
+
+        def without_neighbours() -> _Values:
+            exitance, sunlight = self.light.at_vertices(
+                model, transport, cells.result(), light, besides.result()
+            )
+            more = None if sunlight is None else sunlight.vertices
+            irradiance = vertex_irradiance(gather, exitance, more)
+            nodes = None if sunlight is None else sunlight.nodes
+            return _Values(vertices=_texels(irradiance, share.result().ravel()), nodes=nodes)
+
+        def make_ahead() -> None:
             response = self.light.response(model, transport)
             self._next_sunlight.make_ahead(spacecraft.instance, response, light.sun_direction)
-        rows = gather.shape[0] * gather.shape[1]
-        # Filled up to whole rows of the table.
-        texels = np.zeros((-(-rows // _ROW) * _ROW, _VALUES), dtype=np.float32)
-        values = texels[:rows].reshape(*gather.shape, _VALUES)
-        more = None if sunlight is None else sunlight.vertices
-        vertex_irradiance(gather, exitance, values, self._executor, more)
-        values[..., 4] = share.result()
-        if near is not None:
-            values.reshape(-1, _VALUES)[:, :4] += near.at_rows
-            left = values[..., 4].ravel() - near.lost_share(gather, cells)
-            values[..., 4] = np.maximum(left, 0.0).reshape(gather.shape)
+
+        values = submit(without_neighbours)
+        if _in_sunlight(light, transport):
+            self._ahead.append(submit(make_ahead))
+        return values
+
+    def _vertex_lighting(
+        self, spacecraft: SpacecraftView, light: IncidentLight, transport: LightTransport
+    ) -> VertexLighting:
+        """With tables that are yet to be filled."""
         defines = ("INTERREFLECTION", "TWO_SIDED") if transport.sides == 2 else ("INTERREFLECTION",)
         grids = None
-        if sunlight is not None and transport.grids is not None:
+        if transport.grids is not None and _in_sunlight(light, transport):
             of_triangle, row_of_node = self._places_of_grids(transport, transport.grids)
             grids = GridLight(
                 of_triangle=of_triangle,
                 rows=row_of_node,
-                light=self._table((spacecraft.instance, "grids"), sunlight.nodes),
+                light=self._table((spacecraft.instance, "grids"), transport.grids.rows),
             )
             defines = (*defines, "LIGHT_GRIDS")
+        count = transport.gather_point_of_vertex.size
         return VertexLighting(
-            mesh=lit_mesh(model, transport),
-            light=self._table((spacecraft.instance, "vertices"), texels.reshape(-1, 4)),
+            mesh=lit_mesh(spacecraft.model, transport),
+            light=self._table((spacecraft.instance, "vertices"), count * _VALUES // 4),
             defines=defines,
             grids=grids,
         )
 
-    def _table(self, key: tuple[int, str], texels: Array32) -> moderngl.Texture:
-        rows = table_rows(texels)
-        size = COLUMNS, len(rows)
+    def _table(self, key: tuple[int, str], texels: int) -> moderngl.Texture:
+        size = COLUMNS, -(-texels // COLUMNS)
         present = self._tables.get(key)
         if present is None or present.size != size:
             if present is not None:
                 present.release()
             self._tables[key] = self._ctx.texture(size, 4, dtype="f4")
             self._tables[key].filter = (moderngl.NEAREST, moderngl.NEAREST)
-        self._tables[key].write(rows)
         return self._tables[key]
 
     def _places_of_grids(
@@ -226,5 +268,21 @@ class InterreflectionPass:
             one.release()
         self._tables.clear()
         self._grids.clear()
-        self._solved.clear()
+        self._unwritten.clear()
+        self._written.clear()
         self._begun.clear()
+
+
+def _in_sunlight(light: IncidentLight, transport: LightTransport) -> bool:
+    """Whether vertices get the Sun's light as it was solved beforehand."""
+    solved_before = not light.lit_by and not isinstance(transport, PosedTransport)
+    return solved_before and bool(light.sun_irradiance.any())
+
+
+def _texels(irradiance: Array32, share: Array32) -> Array32:
+    """Two for each row of vertex and side, of the irradiance (r, 4) and the Earth's share (r,)."""
+    texels = np.zeros((-(-len(share) // _ROW) * _ROW, _VALUES), dtype=np.float32)
+    # Four numbers as one: numpy takes ten times as long to copy them one by one.
+    texels.view(np.complex128)[: len(share), 0] = irradiance.view(np.complex128)[:, 0]
+    texels[: len(share), 4] = share
+    return texels

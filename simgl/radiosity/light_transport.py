@@ -45,14 +45,16 @@ class GatherMatrix:
     """What each vertex gets, on each of its sides, from patches and sky; r rows in all.
 
     shape : (vertices, sides), whose product is r
-    gather : two csr (r, p), about as many entries in each
-    sky_part : (r, c) csr, and whether it is what is seen, ``sky_part_seen`` (r,)
-    sky_rays, sky_rays_row : all of the sky, and its row for each
+    rows : (r,) the gather point of each
+    gather : (s, p) csr, of the gather points
+    sky_part : (s, c) csr, and whether it is what is seen, ``sky_part_seen`` (s,)
+    sky_rays, sky_rays_row : all of the sky, and its row for each gather point
     between : where all this is of each rigid group by itself, what the others do to it
     """
 
     shape: tuple[int, int]
-    gather: tuple[sparse.csr_matrix, sparse.csr_matrix]
+    rows: IndexArray
+    gather: sparse.csr_matrix
     sky_part: sparse.csr_matrix
     sky_part_seen: Mask
     sky_rays: sparse.csr_matrix
@@ -168,7 +170,7 @@ class LightTransport:
 
     @property
     def nbytes(self) -> int:
-        """Size of its arrays, and of what is derived from them at the first use."""
+        """Size of its arrays."""
         total = self.mesh.nbytes + _TRACER_BYTES * len(self.mesh.triangles)
         for field in fields(self):
             value = getattr(self, field.name)
@@ -178,9 +180,7 @@ class LightTransport:
                 total += matrix_nbytes(value)
             elif isinstance(value, PatchCells | LightGrids):
                 total += value.nbytes
-        # The rows for each vertex are about as long as those of the gather points.
-        rows = self.gather_point_of_vertex.size / max(self.gather.shape[0], 1)
-        return total + int(rows * 8 * (self.gather.nnz + self.sky_part.nnz))
+        return total
 
     @cached_property
     def patch_spheres(self) -> tuple[Array32, Array32]:
@@ -188,6 +188,16 @@ class LightTransport:
         low, high = self.points.min(axis=1), self.points.max(axis=1)
         # What float32 may leave outside is far below a millimetre.
         return 0.5 * (low + high), 0.5 * np.linalg.norm(high - low, axis=1) + np.float32(1e-3)
+
+    @cached_property
+    def few_points(self) -> tuple[Array32, Array32, Mask]:
+        """(p, n / 2, 3), the same and (p, n / 2): every other sample point, normal there, and
+        whether it is outside all other parts; enough for the light of lamps."""
+        return (
+            np.ascontiguousarray(self.points[:, ::2]),
+            np.ascontiguousarray(self.normals[:, ::2]),
+            np.ascontiguousarray(self.point_open[:, ::2]),
+        )
 
     @cached_property
     def tracer(self) -> AnyRayTracer:
@@ -201,15 +211,14 @@ class LightTransport:
 
     @cached_property
     def of_vertices(self) -> GatherMatrix:
-        """The rows of its gather points for each vertex of the mesh."""
-        point, rows = self.gather_point_of_vertex, self.vertex_rows
-        gather = self.gather[rows]
-        middle = int(np.searchsorted(gather.indptr, gather.nnz // 2))
+        """What its gather points get, and which of them each vertex of the mesh has."""
+        point = self.gather_point_of_vertex
         return GatherMatrix(
             shape=(point.shape[1], point.shape[0]),
-            gather=(gather[:middle], gather[middle:]),
-            sky_part=self.sky_part[rows],
-            sky_part_seen=self.sky_part_seen[rows],
+            rows=self.vertex_rows,
+            gather=self.gather,
+            sky_part=self.sky_part,
+            sky_part_seen=self.sky_part_seen,
             sky_rays=self.sky_rays,
-            sky_rays_row=self.sky_rays_row[rows],
+            sky_rays_row=self.sky_rays_row,
         )

@@ -51,7 +51,7 @@ class FromNeighbours:
             return np.zeros(len(self.hidden), dtype=np.float32)
         rays = np.asarray(gather.sky_rays.sum(axis=1)).ravel()
         free = (gather.sky_rays @ cells.mean(axis=1)) / np.maximum(rays, 1.0)
-        return self.hidden / np.maximum(free, np.float32(1e-30))[gather.sky_rays_row]
+        return self.hidden / np.maximum(free, np.float32(1e-30))[gather.sky_rays_row[gather.rows]]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -76,11 +76,12 @@ class PatchLight:
         incident: IncidentLight,
     ) -> Array32:
         """(p, 4) of the patches after all bounces [W m-2]."""
+        cells = None if sky is None else transport.cells_of(sky)
         if isinstance(transport, PosedTransport):
-            return self._solved(model, transport, sky, incident)
+            return self._solved(model, transport, cells, incident)
         surface = self._surface(model, transport)
         besides = self._of_lamps_and_hidden(surface, transport, incident)
-        exitance = self._but_sunlight(surface, transport, sky, *besides)
+        exitance = self._but_sunlight(surface, cells, *besides)
         if not incident.sun_irradiance.any():
             return exitance
         return exitance + surface.response.of_sun(incident.sun_direction, incident.sun_irradiance)
@@ -105,7 +106,7 @@ class PatchLight:
         self,
         model: SpacecraftModel,
         transport: LightTransport,
-        sky: SkyRadiance | None,
+        cells: Array32 | None,
         incident: IncidentLight,
         besides: BesidesSky | None,
     ) -> tuple[Array32, GatheredSunlight | None]:
@@ -113,13 +114,14 @@ class PatchLight:
 
         What other spacecraft take from the Sun's light is negative exitance.
 
+        cells : (c, 4) radiance of the sky as the transport knows it; None for a dark sky
         besides : of ``besides_sky`` for the same light
         """
         if besides is None:
             assert isinstance(transport, PosedTransport)
-            return self._solved(model, transport, sky, incident), None
+            return self._solved(model, transport, cells, incident), None
         surface = self._surface(model, transport)
-        exitance = self._but_sunlight(surface, transport, sky, besides.of_lamps, besides.hidden)
+        exitance = self._but_sunlight(surface, cells, besides.of_lamps, besides.hidden)
         return exitance, besides.sunlight
 
     def _of_lamps_and_hidden(
@@ -141,15 +143,14 @@ class PatchLight:
     @staticmethod
     def _but_sunlight(
         surface: _Surface,
-        transport: LightTransport,
-        sky: SkyRadiance | None,
+        cells: Array32 | None,
         of_lamps: Array32 | None,
         hidden: Array32 | None,
     ) -> Array32:
         """(p, 4) exitance by all light, less that of a Sun before which nothing stands [W m-2]."""
         exitance = surface.response.glow
-        if sky is not None:
-            exitance = exitance + surface.response.of_sky(transport.cells_of(sky))
+        if cells is not None:
+            exitance = exitance + surface.response.of_sky(cells)
         if of_lamps is not None:
             exitance = exitance + of_lamps
         if hidden is not None:
@@ -160,7 +161,7 @@ class PatchLight:
         self,
         model: SpacecraftModel,
         transport: PosedTransport,
-        sky: SkyRadiance | None,
+        cells: Array32 | None,
         incident: IncidentLight,
     ) -> Array32:
         """The same of a pose that does not last: all light together, solved now."""
@@ -169,9 +170,9 @@ class PatchLight:
         if incident.sun_irradiance.any():
             cosines = self._sun_cosines(surface.sunlit, transport, incident)
             irradiance += cosines[:, None] * incident.sun_irradiance.astype(np.float32)
-        if sky is not None:
+        if cells is not None:
             # Rays follow the cosine: each stands for pi over their number.
-            irradiance += np.float32(np.pi) * (transport.sky @ transport.cells_of(sky))
+            irradiance += np.float32(np.pi) * (transport.sky @ cells)
         irradiance += self._of_lamps(transport, incident)
         emitted = surface.reflectors.exitance + surface.reflectors.albedo * irradiance
         return radiosity(transport, surface.reflectors, emitted)

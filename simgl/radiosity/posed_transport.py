@@ -60,13 +60,12 @@ class PosedTransport(LightTransport):
 
     @cached_property
     def of_vertices(self) -> GatherMatrix:
-        """The rows of its gather points for each vertex of the mesh."""
+        """What its gather points get, and which of them each vertex of the mesh has."""
         return replace(self.separate, between=self.between)
 
     def cells_of(self, sky: SkyRadiance) -> Array32:
         """(96 g, 4) radiance of the cells of the sky [W m-2 sr-1]."""
-        fine = cell_radiance(sky, FINE_ACROSS)
-        return np.concatenate([balanced(fine[parts]) for parts in self._looks])
+        return balanced(cell_radiance(sky, FINE_ACROSS)[self._looks]).reshape(-1, 4)
 
     @cached_property
     def _looks(self) -> IndexArray:

@@ -44,15 +44,16 @@ def parts_of_cells() -> IndexArray:
 
 
 def balanced(parts: Array32) -> Array32:
-    """(96, 4) radiance of cells by that of their parts (96, l, 4).
+    """(..., 96, 4) radiance of the cells of skies by that of their parts (..., 96, l, 4).
 
     The least squares of the irradiance of planes over all radiances that are not negative, from the
     means on (Daube-Witherspoon & Muehllehner 1986): what is dark stays dark.
     """
     shares, squares, products = _operators()
-    cells: Array32 = np.einsum("cl,clb->cb", shares, parts)
+    cells: Array32 = np.einsum("cl,...clb->...cb", shares, parts)
     # Face by face: products so small that BLAS keeps them to one thread.
-    wanted = np.matmul(products, parts.reshape(6, -1, parts.shape[2])).sum(axis=0)
+    faces = parts.reshape(*parts.shape[:-3], 6, -1, parts.shape[-1])
+    wanted = np.matmul(products, faces).sum(axis=-3)
     for _ in range(_ROUNDS):
         cells = cells * (wanted / (squares @ cells + np.float32(1e-30)))
     return cells

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
@@ -196,8 +195,10 @@ def blocked_by(
 
     asked : (p,) patches that need it; the others get 0
     """
-    centres, radii = transport.patch_spheres
-    hidden = np.zeros(transport.point_open.shape, dtype=np.bool_)
+    lit = np.flatnonzero(asked)
+    centres, radii = (np.take(a, lit, axis=0) for a in transport.patch_spheres)
+    each = transport.points.shape[1]
+    hidden = np.zeros((len(lit), each), dtype=np.bool_)
     for blocker in blockers:
         turn, shift = blocker.other_from_body[:3, :3], blocker.other_from_body[:3, 3]
         towards = turn @ direction
@@ -206,14 +207,16 @@ def blocked_by(
         along = offset @ towards
         past = offset - along[:, None] * towards
         reach = blocker.radius + radii
-        near = (np.einsum("ij,ij->i", past, past) < reach * reach) & (along < reach)
-        patches = np.flatnonzero(asked & near)
-        points = transport.points[patches].reshape(-1, 3)
+        passed = np.einsum("ij,ij->i", past, past) < reach * reach
+        near = np.flatnonzero(passed & (along < reach))
+        points = np.take(transport.points, lit[near], axis=0).reshape(-1, 3)
         origins = points @ turn.T.astype(np.float32) + shift.astype(np.float32)
         rays = np.broadcast_to(towards.astype(np.float32), origins.shape)
         met = blocker.tracer.occluded(origins, rays)
-        hidden[patches] |= met.reshape(hidden[patches].shape)
-    return hidden.mean(axis=1, dtype=np.float32)
+        hidden[near] |= met.reshape(-1, each)
+    share = np.zeros(len(asked), dtype=np.float32)
+    share[lit] = hidden.mean(axis=1, dtype=np.float32)
+    return share
 
 
 def lamp_irradiance(
@@ -222,24 +225,24 @@ def lamp_irradiance(
     """(p, 4) mean irradiance of each patch by a lamp [W m-2]."""
     mean = np.zeros(len(transport.areas))
     patches = _patches_in_beam(transport, lamp)
-    valid = transport.point_open[patches, ::2]
-    of_patch = np.repeat(np.arange(len(patches)), valid.shape[1])
-    points, normals = (
-        a[patches, ::2].reshape(-1, 3) for a in (transport.points, transport.normals)
-    )
+    all_points, all_normals, all_open = transport.few_points
+    points = np.take(all_points, patches, axis=0).reshape(-1, 3)
+    normals = np.take(all_normals, patches, axis=0).reshape(-1, 3)
+    valid = np.take(all_open, patches, axis=0)
     offset = lamp.place - points
     along = np.einsum("ni,ni->n", normals, offset)
     # Most face away; the others one beside the other.
     lit = np.flatnonzero((along > 0.0) & valid.ravel())
-    points, offset = points[lit], offset[lit]
-    distance = np.linalg.norm(offset, axis=1)
+    points, offset = np.take(points, lit, axis=0), np.take(offset, lit, axis=0)
+    distance = np.sqrt(np.einsum("ni,ni->n", offset, offset))
     off_axis = np.arccos(np.clip(-(offset @ lamp.axis) / distance, -1.0, 1.0))
     beyond = np.clip((off_axis - lamp.half_angle) / lamp.edge, 0.0, 1.0)
     power = along[lit] / distance * (1.0 - beyond * beyond * (3.0 - 2.0 * beyond)) / distance**2
     seen = np.flatnonzero(power > 0.0)
-    blocked = _blocked_before(transport, lamp, points[seen], offset[seen], blockers)
+    rays = np.take(points, seen, axis=0), np.take(offset, seen, axis=0), distance[seen]
+    blocked = _blocked_before(transport, lamp, *rays, blockers)
     power[seen[blocked]] = 0.0
-    total = np.bincount(of_patch[lit], power, minlength=len(patches))
+    total = np.bincount(lit // valid.shape[1], power, minlength=len(patches))
     mean[patches] = total / np.maximum(valid.sum(axis=1), 1)
     return (mean[:, None] * lamp.intensity).astype(np.float32)
 
@@ -260,20 +263,21 @@ def _blocked_before(
     lamp: SpotLight,
     points: Array32,
     offsets: Array,
+    distances: Array,
     blockers: Sequence[Blocker],
 ) -> Mask:
     """Whether anything lies between points in a beam and its lamp, at the ends of offsets."""
     ends = np.full(len(points), 1.0 - 1e-3, dtype=np.float32)
     blocked = transport.tracer.occluded(points, offsets, ends)
     # The lamp sits on its own craft: its housing, within 1 cm, does not count.
-    ends = (1.0 - 0.01 / np.linalg.norm(offsets, axis=1)).astype(np.float32)
+    ends = (1.0 - 0.01 / distances).astype(np.float32)
     for blocker in blockers:
         if not _reaches_into(blocker, lamp):
             continue
         matrix = blocker.other_from_body
         rest = np.flatnonzero(~blocked)
-        origins = points[rest] @ matrix[:3, :3].T + matrix[:3, 3]
-        rays = offsets[rest] @ matrix[:3, :3].T
+        origins = np.take(points, rest, axis=0) @ matrix[:3, :3].T + matrix[:3, 3]
+        rays = np.take(offsets, rest, axis=0) @ matrix[:3, :3].T
         blocked[rest] = blocker.tracer.occluded(origins, rays, ends[rest])
     return blocked
 
@@ -298,6 +302,7 @@ def earth_share(matrix: GatherMatrix, cell_radiance: Array32 | None) -> Array32:
     free = np.maximum(matrix.sky_rays @ bands, np.float32(1e-30))[matrix.sky_rays_row]
     share = (matrix.sky_part @ bands) / free
     np.subtract(np.float32(1.0), share, out=share, where=~matrix.sky_part_seen)
+    share = np.take(share, matrix.rows)
     if matrix.between is not None:
         between = matrix.between
         lost = (between.sky_lost @ bands) / np.maximum(between.sky_rays @ bands, np.float32(1e-30))
@@ -306,34 +311,17 @@ def earth_share(matrix: GatherMatrix, cell_radiance: Array32 | None) -> Array32:
 
 
 def vertex_irradiance(
-    matrix: GatherMatrix,
-    exitance: Array32,
-    values: Array32,
-    executor: Executor,
-    more: Array32 | None = None,
-) -> None:
-    """Irradiance of vertices from the body's own surfaces [W m-2].
+    matrix: GatherMatrix, exitance: Array32, more: Array32 | None = None
+) -> Array32:
+    """(r, 4) irradiance of vertices from the body's own surfaces [W m-2].
 
     exitance : (p, 4) of the patches, after all bounces
-    values : (k, sides, 4 or more) whose first four columns are filled
-    executor : works on one half; products of sparse matrices release Python's lock
     more : (r, 4) what vertices get besides
     """
-    first, second = matrix.gather
-    flat = values.reshape(-1, values.shape[2])
-    middle = first.shape[0]
-
-    def fill(part: slice, gather: sparse.csr_matrix) -> None:
-        light = gather @ exitance
-        if more is not None:
-            light += more[part]
-            # Where other spacecraft take light that more rays do not find.
-            np.maximum(light, 0.0, out=light)
-        flat[part, :4] = light
-
-    rest = executor.submit(fill, slice(middle, None), second)
-    fill(slice(0, middle), first)
-    rest.result()
+    light: Array32 = np.take(matrix.gather @ exitance, matrix.rows, axis=0)
+    if more is not None:
+        light += more
     if matrix.between is not None:
-        flat[:, :4] += matrix.between.spread @ (matrix.between.light @ exitance)
-        np.maximum(flat[:, :4], 0.0, out=flat[:, :4])
+        light += matrix.between.spread @ (matrix.between.light @ exitance)
+    # Where other bodies and parts take light that more rays do not find.
+    return np.maximum(light, 0.0, out=light)

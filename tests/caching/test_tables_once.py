@@ -9,19 +9,20 @@ import moderngl
 import numpy as np
 import pytest
 
-from simgl import environment_map
+from simgl import environment_map, glossy_sky
 from simgl.arrays import Array32
 from simgl.disk_cache import cache_folder
-from simgl.environment_map import SkyRadiance, irradiance, prefiltered
+from simgl.environment_map import SkyRadiance, irradiance
+from simgl.glossy_sky import prefiltered
 from simgl.passes import albedo_table
 from simgl.physics.directional_albedo import lobe_table
 
-MAKERS = ("_made_irradiance_operator", "_made_lobe_operator")
+MAKERS = {"_made_irradiance_operator": environment_map, "_made_lobe_operator": glossy_sky}
 
 
 def _forget() -> None:
     environment_map._irradiance_operator.cache_clear()
-    environment_map._lobe_operator.cache_clear()
+    glossy_sky.prepare_lobes.cache_clear()
 
 
 @pytest.fixture(autouse=True)
@@ -36,14 +37,14 @@ def _empty_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[No
 def computed(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Names of the makers, as they are called."""
     calls: list[str] = []
-    for name in MAKERS:
-        make = getattr(environment_map, name)
+    for name, module in MAKERS.items():
+        make = getattr(module, name)
 
         def counted(*given: object, name: str = name, make: object = make) -> object:
             calls.append(name)
             return make(*given)  # type: ignore[operator]
 
-        monkeypatch.setattr(environment_map, name, counted)
+        monkeypatch.setattr(module, name, counted)
     return calls
 
 
@@ -58,13 +59,13 @@ def light() -> tuple[Array32, Array32]:
 
 def test_earthshine_is_the_same_by_tables_from_files(computed: list[str]) -> None:
     first = light()
-    assert sorted(computed) == [MAKERS[0], *[MAKERS[1]] * 4]
+    assert sorted(computed) == ["_made_irradiance_operator", *["_made_lobe_operator"] * 4]
     computed.clear()
     for again, before in zip(light(), first, strict=True):
         np.testing.assert_array_equal(again, before)
     assert computed == []
     # The other size of a sky shares the lobes.
-    assert len(list(cache_folder("tables").iterdir())) == 5
+    assert len(list(cache_folder("tables").iterdir())) == 2
 
 
 def test_tables_that_point_nowhere_are_computed_again(computed: list[str]) -> None:

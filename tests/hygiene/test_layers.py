@@ -31,7 +31,7 @@ LAYERS = (
     ),
     ("disk_cache", "file_cache", "gpu", "physics"),
     ("config", "display_colours", "environment_map", "motion"),
-    ("camera",),
+    ("camera", "glossy_sky"),
     ("images", "mono12p", "products", "scene"),
     ("displays", "false_colour", "flash_lidar", "model_files", "rays"),
     ("radiosity", "scenario"),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import fields, replace
 from functools import lru_cache
 from pathlib import Path
@@ -105,10 +104,7 @@ def facing(transport: JointedTransport, group: int, z: float) -> Mask:
 def vertex_light(transport: LightTransport, exitance: Array32) -> Array32:
     """(v, 4) irradiance of the vertices [W m-2]."""
     matrix = transport.of_vertices
-    values = np.zeros((*matrix.shape, 5), dtype=np.float32)
-    with ThreadPoolExecutor(max_workers=1) as executor:
-        vertex_irradiance(matrix, exitance, values, executor)
-    return values[:, 0, :4]
+    return vertex_irradiance(matrix, exitance).reshape(*matrix.shape, 4)[:, 0]
 
 
 def mean_over(mesh: Mesh, chosen: Mask, values: Array32) -> float:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
-
 import numpy as np
 
 from simgl.arrays import Array32
@@ -29,10 +27,8 @@ def sunlit_exitance(transport: LightTransport) -> Array32:
 
 def vertex_light(transport: LightTransport, exitance: Array32) -> Array32:
     """(v, sides, 4) irradiance of the vertices from the body's own surfaces."""
-    values = np.full((*transport.gather_point_of_vertex.shape[::-1], 4), np.nan, dtype=np.float32)
-    with ThreadPoolExecutor(max_workers=1) as executor:
-        vertex_irradiance(transport.of_vertices, exitance, values, executor)
-    return values
+    matrix = transport.of_vertices
+    return vertex_irradiance(matrix, exitance).reshape(*matrix.shape, 4)
 
 
 def test_vertices_get_the_light_that_the_patches_around_them_get() -> None:

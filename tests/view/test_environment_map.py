@@ -10,16 +10,15 @@ import pytest
 from simgl.environment_map import (
     COARSE,
     FINE,
-    ROUGHNESS,
     SkyRadiance,
     cell_radiance,
     cube_directions,
     cube_solid_angles,
     irradiance,
     octahedron,
-    prefiltered,
     turned,
 )
+from simgl.glossy_sky import ROUGHNESS, prefiltered
 
 Array = np.ndarray[Any, np.dtype[Any]]
 

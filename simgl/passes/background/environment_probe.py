@@ -11,12 +11,11 @@ from simgl.arrays import Array32
 from simgl.environment_map import (
     COARSE,
     FINE,
-    ROUGHNESS,
     SkyRadiance,
     irradiance,
-    prefiltered,
-    prepare_sums,
+    prepare_irradiance,
 )
+from simgl.glossy_sky import ROUGHNESS, prefiltered, prepare_lobes
 from simgl.lru_cache import LruCache
 from simgl.passes.drawn_spacecraft import EnvironmentProbe, SkyTextures
 from simgl.view.background import LIMB_TEXELS, SKY_TEXELS, TERMINATOR_TEXELS, SkyView
@@ -40,10 +39,14 @@ class EnvironmentProbeStore:
         self._probes = LruCache[tuple[object, ...], EnvironmentProbe](CAPACITY, self._unused.append)
         # Added, and being integrated.
         self._added: dict[tuple[object, ...], tuple[SkyRadiance, Future[_Integrals]]] = {}
+        # Of probes that are yet to hold them.
+        self._unwritten: dict[tuple[object, ...], Future[_Integrals]] = {}
 
     def prepare(self) -> None:
         """Make what skies of every size need, in the executor's thread: an orbit meets them all."""
-        self._executor.submit(prepare_sums, (SKY_TEXELS, TERMINATOR_TEXELS, LIMB_TEXELS))
+        texels = SKY_TEXELS, TERMINATOR_TEXELS, LIMB_TEXELS
+        self._executor.submit(prepare_irradiance, texels)
+        self._executor.submit(prepare_lobes)
 
     def missing(self, views: Sequence[SkyView | None]) -> list[SkyView]:
         """The different views whose radiance has to be added before ``of`` knows their probes."""
@@ -59,7 +62,10 @@ class EnvironmentProbeStore:
         self._added[view.key] = sky, self._executor.submit(_integrals, sky)
 
     def of(self, views: Sequence[SkyView | None]) -> list[EnvironmentProbe | None]:
-        """The probe of each view, None for none. They stay as they are until the next call."""
+        """The probe of each view, None for none. They stay as they are until the next call.
+
+        Their integrals are there after ``complete``.
+        """
         wanted = [view for view in views if view is not None]
         self._probes.reserve(len(wanted))
         # Cached ones first, so that they do not make room for new ones.
@@ -67,21 +73,34 @@ class EnvironmentProbeStore:
         try:
             probes = {view.key: self._probe(view) for view in wanted}
         finally:
-            # Also those that cannot be integrated, and what a frame that failed has left.
+            # Also what a frame that failed has left.
             self._added.clear()
         return [None if view is None else probes[view.key] for view in views]
+
+    def complete(self) -> None:
+        """Write the integrals of the last probes, as soon as they are made."""
+        while self._unwritten:
+            key, integrals = self._unwritten.popitem()
+            probe = self._probes.find(key)
+            if probe is None:
+                continue
+            try:
+                plane_irradiance, glossy = integrals.result()
+            except BaseException:
+                self._probes.pop(key)
+                self._unused.append(probe)
+                raise
+            probe.lobes.write(glossy)
+            probe.irradiance.write(plane_irradiance)
 
     def _probe(self, view: SkyView) -> EnvironmentProbe:
         return self._probes.get(view.key, lambda: self._uploaded(view))
 
     def _uploaded(self, view: SkyView) -> EnvironmentProbe:
-        sky, integrals = self._added[view.key]
+        sky, self._unwritten[view.key] = self._added[view.key]
         cube, lobes, plane = self._textures(view.texels)
         for face, radiance in enumerate(sky.radiance):
-            cube.write(face, radiance.tobytes())
-        plane_irradiance, glossy = integrals.result()
-        lobes.write(glossy.tobytes())
-        plane.write(plane_irradiance.tobytes())
+            cube.write(face, radiance)
         return EnvironmentProbe(sky=sky, cube=cube, lobes=lobes, irradiance=plane)
 
     def _textures(self, texels: int) -> SkyTextures:
