@@ -82,7 +82,8 @@ class GlossyPass:
         self.state.apply(self._ctx, masks, area, area)
         mask.draw()
         data = masks.read(viewport=area, components=1, alignment=1, dtype="u1")
-        listed, pages = listed_points(np.frombuffer(data, dtype=np.uint8).reshape(-1, ENTRIES))
+        pages = np.zeros((len(points.entries), ENTRIES), dtype=np.uint32)
+        listed = listed_points(np.frombuffer(data, dtype=np.uint8).reshape(pages.shape), pages)
         if not len(listed):
             return ()
         self._points.written(listed).use(_POINTS_UNIT)

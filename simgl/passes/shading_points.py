@@ -22,8 +22,11 @@ ENTRIES, COLUMNS = 4 * _SQUARES, 4 * _SQUARES
 _PRESENT, _LAYER_BIT, _ROW_BIT = 1 << 31, 26, 13
 # In a texture of listed points: none.
 UNLISTED = 0xFFFFFFFF
-# Bits that are set in each mask of a page.
+# Bits that are set in each mask of a page, and whether each of them is.
 _BITS = np.array([n.bit_count() for n in range(16)], dtype=np.uint32)
+_SET = np.array([[n >> bit & 1 for bit in range(4)] for n in range(16)], dtype=bool)
+# From the first point of a page to each, as in ``listed_points``.
+_STEP = np.array([corner // 2 << 16 | corner % 2 for corner in range(4)], dtype=np.uint32)
 # They fill squares of so many texels one after the other, so that neighbours stay together.
 _EDGE = 4
 # Texture units of the groups of cells, and of what tells a point's group, and its cell.
@@ -45,52 +48,50 @@ def page_table(counts: AnyArray) -> tuple[AnyArray, AnyArray]:
     returns : (rows of squares, ENTRIES) uint32, the entry of each page, 0 behind the last; (rows,
         columns) uint32, the first page of each block
     """
-    flat = counts.ravel()
-    ends = np.cumsum(flat, dtype=np.uint32)
-    first = ends - flat
-    total = int(ends[-1])
+    # A sum that widens its numbers by itself takes five times as long.
+    flat = counts.ravel().astype(np.uint32)
+    first = np.cumsum(flat, dtype=np.uint32)
+    total = int(first[-1])
+    first -= flat
     entries = np.zeros((max(1, -(-total // ENTRIES)), ENTRIES), dtype=np.uint32)
     rows, columns = (np.arange(n, dtype=np.uint32) for n in counts.shape)
     # What is the same for all pages of a block: the layer counts on from there. In 32 bits, which
     # what is taken away and added again may leave.
-    of_block = (_PRESENT | rows[:, None] << _ROW_BIT | columns).ravel() - (first << _LAYER_BIT)
-    number = np.arange(total, dtype=np.uint32) << _LAYER_BIT
+    of_block = (_PRESENT | rows[:, None] << _ROW_BIT | columns).ravel()
+    of_block -= first << _LAYER_BIT
+    number = np.arange(total, dtype=np.uint32)
+    number <<= _LAYER_BIT
     np.add(np.repeat(of_block, flat), number, out=entries.reshape(-1)[:total])
     return entries, first.reshape(counts.shape)
 
 
-def texels_of_pages(pages: IndexArray) -> tuple[IndexArray, IndexArray]:
-    """(n,) row and column of the first points of pages in the textures of points."""
-    row, column = np.divmod(pages >> 2, _SQUARES)
-    return 4 * row + 2 * (pages >> 1 & 1), 4 * column + 2 * (pages & 1)
+def _texels_of_pages(pages: AnyArray) -> AnyArray:
+    """(n,) of the first points of pages: columns, and from bit 16 on rows, in the textures."""
+    row = (pages // ENTRIES) * 4 + (pages & 2)
+    return row << 16 | (pages >> 2) % _SQUARES * 4 + (pages & 1) * 2
 
 
-def listed_points(masks: AnyArray) -> tuple[AnyArray, AnyArray]:
+def listed_points(masks: AnyArray, results: AnyArray, before: int = 0) -> AnyArray:
     """Some of the points, square by square, and where to find what came out for them.
 
     masks : (rows of squares, ENTRIES) uint8, of each page a bit for each of its points that is
         listed
-    returns : (rows, COLUMNS) uint32, columns of points, and from bit 16 on rows, in the textures;
-        (rows of squares, ENTRIES) uint32, from bit 4 on how many come before the page's, below it
-        the mask
+    results : uint32 zeros of that shape, filled: from bit 4 on how many come before the page's,
+        below it the mask
+    before : so many come before them all
+    returns : (rows, COLUMNS) uint32, columns of points, and from bit 16 on rows, in the textures
     """
-    flat = masks.ravel()
-    pages = np.flatnonzero(flat)
-    listed = flat[pages]
+    pages = np.flatnonzero(masks.ravel() != 0)
+    listed = masks.ravel()[pages]
     count = _BITS[listed]
-    before = np.cumsum(count, dtype=np.uint32) - count
-    results = np.zeros(flat.shape, dtype=np.uint32)
-    results[pages] = before << 4 | listed
-    row, column = texels_of_pages(pages)
-    first = (row << 16 | column).astype(np.uint32)
-    rows = -(-int(count.sum()) // (_EDGE * COLUMNS))
-    padded = np.full((rows, COLUMNS // _EDGE, _EDGE, _EDGE), UNLISTED, dtype=np.uint32)
-    points = padded.reshape(-1)
-    for corner in range(4):
-        has = np.flatnonzero(listed >> corner & 1)
-        below = _BITS[listed[has] & (1 << corner) - 1]
-        points[before[has] + below] = first[has] + np.uint32(corner // 2 << 16 | corner % 2)
-    return padded.swapaxes(1, 2).reshape(-1, COLUMNS), results.reshape(masks.shape)
+    ends = np.cumsum(count, dtype=np.uint32)
+    total = int(ends[-1]) if len(ends) else 0
+    results.reshape(-1)[pages] = (ends - count + np.uint32(before)) << 4 | listed
+    padded = np.full(-(-total // (_EDGE * COLUMNS)) * _EDGE * COLUMNS, UNLISTED, dtype=np.uint32)
+    corners = np.broadcast_to(_STEP, (len(pages), 4))[_SET[listed]]
+    padded[:total] = np.repeat(_texels_of_pages(pages.astype(np.uint32)), count) + corners
+    squares = padded.reshape(-1, COLUMNS // _EDGE, _EDGE, _EDGE)
+    return squares.swapaxes(1, 2).reshape(-1, COLUMNS)
 
 
 def in_list_order(values: AnyArray) -> AnyArray:

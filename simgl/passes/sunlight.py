@@ -155,9 +155,11 @@ class SunlightPass:
         masks = self._unknown_points(points)
         if not masks.any():
             return
-        lists = [listed_points(masks & 15), listed_points(masks >> 4)]
-        rows = [len(listed) for listed, _ in lists]
-        self._points.written(np.concatenate([listed for listed, _ in lists])).use(_POINTS_UNIT)
+        pages = np.zeros((*masks.shape, 2), dtype=np.uint32)
+        searched = listed_points(masks & 15, pages[..., 0])
+        near = listed_points(masks >> 4, pages[..., 1], searched.size)
+        rows = len(searched), len(near)
+        self._points.written(np.concatenate([searched, near])).use(_POINTS_UNIT)
         (results,) = self._results.covering((COLUMNS, sum(rows)))
         ways = search, ("NEIGHBOURS",)
         for way, first, count in zip(ways, (0, rows[0]), rows, strict=True):
@@ -165,9 +167,7 @@ class SunlightPass:
                 area = (0, first, COLUMNS, count)
                 self.colour_only.apply(self._ctx, results, area, area)
                 self._screen_for(way, variant).draw()
-        searched, near = (pages for _, pages in lists)
-        near[near != 0] += np.uint32(rows[0] * COLUMNS << 4)
-        self._pages.written(np.stack([searched, near], axis=-1))
+        self._pages.written(pages)
 
     def _unknown_points(self, points: ShadingPoints) -> AnyArray:
         """(rows of squares, ENTRIES) uint8: of each page the points to search, and from bit 4 on

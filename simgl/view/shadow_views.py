@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -161,6 +162,8 @@ def shadow_view(
     cone = float(np.tan(radius + step / np.sqrt(2.0)))
     R_light = _light_axes(nearest)
     mesh = body.model.posed_mesh
+    # The same for all directions of the Sun.
+    seen_of_it = cache(lambda: _seen(body, camera, body_from_camera))
 
     def maps_along(R_light: Array) -> tuple[ShadowMap, ...]:
         casters = _casters(state, body, R_light, cone, float(np.tan(radius))) if sunlit else ()
@@ -175,7 +178,7 @@ def shadow_view(
 
         wide = fitted(centre[:2], 1.01 * mesh.radius, footprint)
         if wide.texel * _ENOUGH > footprint:
-            seen = _seen(body, camera, body_from_camera)
+            seen = seen_of_it()
             if seen is not None:
                 points, distance = seen
                 footprint = distance / camera.focal_length_px

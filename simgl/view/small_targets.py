@@ -7,6 +7,7 @@ sight, where float32 resolves it; its image then shrinks about its middle.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,7 +28,8 @@ _POINT = 1e-6
 # Of an outline seen edge on, over the square of its extent.
 _MIN_AREA = 1e-6
 # Directions whose farthest points tell where an outline of many points can be.
-_DIRECTIONS = [(float(np.cos(turn)), float(np.sin(turn))) for turn in np.arange(16) * (np.pi / 8.0)]
+_TURNS = np.arange(16) * (np.pi / 8.0)
+_DIRECTIONS = np.stack([np.cos(_TURNS), np.sin(_TURNS)], axis=-1)
 _MANY = 200
 # Larger spacecraft fill most of the pixels that they touch.
 _LARGEST = 4.0
@@ -62,34 +64,32 @@ def in_pixels(points: Array, camera: Camera) -> Array:
 
 
 def _outer(outline: Array) -> Array:
-    """The points (n, 2) that are not within the polygon of those farthest out along directions.
+    """The corners of the polygon of the points (n, 2) farthest out along directions, and those that
+    are not within it.
 
     They have the same convex hull.
     """
     x, y = np.ascontiguousarray(outline.T)
-    farthest = [int(np.argmax(across * x + down * y)) for across, down in _DIRECTIONS]
-    outside = np.zeros(len(outline), dtype=bool)
-    for a, b in zip(farthest, [*farthest[1:], farthest[0]], strict=True):
-        # The corners themselves lie on two of the edges, where rounding may hide them.
-        outside[a] = True
-        outside |= (x[b] - x[a]) * (y - y[a]) < (y[b] - y[a]) * (x - x[a])
-    return outline[outside]
+    farthest = outline[np.argmax(_DIRECTIONS @ outline.T, axis=1)]
+    across, down = (np.roll(farthest, -1, axis=0) - farthest).T
+    edge = across * farthest[:, 1] - down * farthest[:, 0]
+    outside = across[:, None] * y - down[:, None] * x < edge[:, None]
+    return np.concatenate([farthest, outline[outside.any(axis=0)]])
 
 
-def _chain(points: Array) -> Array:
-    """(m, 2) of points (n, 2), sorted and different: the side of their convex hull from the first
-    to the last on which y is largest.
-
-    What lies below the line between two others is no part of it; all such are left out together
-    until none is left.
-    """
-    while len(points) > 2:
-        step = np.diff(points, axis=0)
-        turn = step[:-1, 0] * step[1:, 1] - step[:-1, 1] * step[1:, 0]
-        if np.all(turn < 0.0):
-            break
-        points = points[np.concatenate([[True], turn < 0.0, [True]])]
-    return points
+def _chain(points: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Of points, sorted and different: the side of their convex hull from the first to the last on
+    which y is largest."""
+    corners: list[tuple[float, float]] = []
+    for x, y in points:
+        while len(corners) > 1:
+            (x0, y0), (x1, y1) = corners[-2:]
+            if (x1 - x0) * (y - y1) - (y1 - y0) * (x - x1) < 0.0:
+                break
+            # What lies below the line between two others is no part of it.
+            corners.pop()
+        corners.append((x, y))
+    return corners
 
 
 def convex_outline(outline: Array) -> Array:
@@ -100,10 +100,10 @@ def convex_outline(outline: Array) -> Array:
     outline = outline - first
     if len(outline) > _MANY:
         outline = _outer(outline)
-    points = outline[np.lexsort((outline[:, 1], outline[:, 0]))]
-    points = points[np.append(True, np.any(points[1:] != points[:-1], axis=1))]
-    around = np.concatenate([_chain(points)[:-1], -_chain(-points[::-1])[:-1]])
-    return np.asarray(first + around)
+    # In lists: numpy takes longer for so few.
+    points = sorted({(x, y) for x, y in outline.tolist()})
+    around = _chain(points)[:-1] + _chain(points[::-1])[:-1]
+    return np.asarray(first + np.array(around).reshape(-1, 2))
 
 
 def enclosed_area(corners: Array) -> float:

@@ -26,7 +26,8 @@ def test_every_point_finds_its_own_result() -> None:
     """Some 4,000 points at random in three rows of squares, more than one row of results holds."""
     masks = np.random.default_rng(7).integers(0, 16, (3, ENTRIES)).astype(np.uint8)
     masks[1, 200:700] = 0
-    points, results = listed_points(masks)
+    results = np.zeros(masks.shape, dtype=np.uint32)
+    points = listed_points(masks, results)
     wanted = set()
     for row in range(4 * len(masks)):
         for column in range(COLUMNS):
@@ -42,7 +43,8 @@ def test_every_point_finds_its_own_result() -> None:
 
 def test_results_are_read_back_in_the_order_of_the_list() -> None:
     masks = np.random.default_rng(8).integers(0, 16, (2, ENTRIES)).astype(np.uint8)
-    points, results = listed_points(masks)
+    results = np.zeros(masks.shape, dtype=np.uint32)
+    points = listed_points(masks, results)
     in_order = in_list_order(points)
     squares = np.flatnonzero(masks.ravel())
     # The first point of each page stands where the page says.
@@ -57,7 +59,8 @@ def test_results_are_read_back_in_the_order_of_the_list() -> None:
 def test_one_point_is_one_result() -> None:
     masks = np.zeros((1, ENTRIES), dtype=np.uint8)
     masks[0, -1] = 8
-    points, results = listed_points(masks)
+    results = np.zeros(masks.shape, dtype=np.uint32)
+    points = listed_points(masks, results)
     assert points.shape == (4, COLUMNS)
     assert points[0, 0] == 3 << 16 | COLUMNS - 1
     assert (points.ravel()[1:] == NONE).all()
