@@ -127,7 +127,7 @@ def main() -> None:
         _unpack(options.wheels, site)
         steps = _Steps(out, site, caches)
         doctor, _ = steps.run("doctor", "-m", "simgl", "doctor")
-        tests, tests_s = _tests_beside_scenes(steps, options)
+        tests, tests_s = _tests_alongside_scenes(steps, options)
         bench, bench_s = steps.run("bench", "-m", "simgl", "bench", *_bench_options(options, out))
         results = out / "bench.json"
         record = {
@@ -143,7 +143,7 @@ def main() -> None:
         print(doctor, bench, json.dumps(record["tests"]), sep="\n")
 
 
-def _tests_beside_scenes(steps: _Steps, options: argparse.Namespace) -> tuple[str, float | None]:
+def _tests_alongside_scenes(steps: _Steps, options: argparse.Namespace) -> tuple[str, float | None]:
     """Log of the tests and their seconds; the caches then have what the scenes need."""
     workers = str(min(8, os.cpu_count() or 1))
     # A package that the wheels lack fails the tests that need it, and no others.

@@ -53,9 +53,9 @@ def seconds_of(
 def empty_caches() -> Iterator[dict[str, str]]:
     """The environment of a process that finds nothing computed before, nor its shaders compiled."""
     with tempfile.TemporaryDirectory(prefix="simgl-bench-") as folder:
-        # Programs that NVIDIA's driver has compiled are kept elsewhere.
-        kept = ("XDG_CACHE_HOME", "__GL_SHADER_DISK_CACHE_PATH")
-        environment = {**os.environ, **dict.fromkeys(kept, folder)}
+        # NVIDIA's driver has a cache of its own.
+        caches = ("XDG_CACHE_HOME", "__GL_SHADER_DISK_CACHE_PATH")
+        environment = {**os.environ, **dict.fromkeys(caches, folder)}
         environment.pop("MESA_SHADER_CACHE_DIR", None)
         yield environment
 

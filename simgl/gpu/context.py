@@ -9,7 +9,7 @@ from __future__ import annotations
 import ctypes
 import ctypes.util
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -21,7 +21,7 @@ from simgl.errors import ContextError
 from simgl.gpu.driver_cache import protect_driver_cache
 from simgl.gpu.held_signals import signals_held
 from simgl.gpu.osmesa import OSMesaContext
-from simgl.gpu.window_systems import Binding, current_binding, find_loaded
+from simgl.gpu.window_systems import Binding, current_binding, find_loaded, opengl_function
 
 REQUIRED_VERSION = 330
 BACKENDS = ("auto", "egl", "osmesa")
@@ -260,6 +260,19 @@ def temporary_context(backend: str = "auto", device_index: int = 0) -> Iterator[
                 yield ctx
         finally:
             close_context(ctx)
+
+
+_finishes: WeakKeyDictionary[moderngl.Context, Callable[[], None]] = WeakKeyDictionary()
+
+
+def wait_for_draws(ctx: moderngl.Context) -> None:
+    """Wait until all is drawn, while other threads run.
+
+    To be called before what is drawn is read: moderngl's reads keep Python's lock while they wait.
+    """
+    if ctx not in _finishes:
+        _finishes[ctx] = opengl_function("glFinish")
+    _finishes[ctx]()
 
 
 def is_software(ctx: moderngl.Context) -> bool:

@@ -11,7 +11,7 @@ import moderngl
 import numpy as np
 
 from simgl.arrays import AnyArray, Array32
-from simgl.gpu.context import is_software
+from simgl.gpu.context import is_software, wait_for_draws
 from simgl.gpu.release import all_or_nothing, release_all
 from simgl.lru_cache import MANY, LruCache
 
@@ -57,6 +57,7 @@ class ImageTarget:
         *,
         depth: bool = False,
     ) -> None:
+        self._ctx = ctx
         self.size = size
         self.formats = tuple(formats)
         # Attachments of one framebuffer have one size.
@@ -77,6 +78,7 @@ class ImageTarget:
     def read(self, attachment: int = 0) -> AnyArray:
         """(height, width) or (height, width, channels) values; row 0 is the top of the image."""
         kind = self.formats[attachment]
+        wait_for_draws(self._ctx)
         data = np.frombuffer(self.textures[attachment].read(alignment=1), dtype=kind.values)
         width, height = self.size
         if kind.packed:
@@ -94,6 +96,7 @@ class ImageTarget:
 
         The attachment is not packed.
         """
+        wait_for_draws(self._ctx)
         self.textures[attachment].read_into(values.data, alignment=1)
 
     def read_area_into(
@@ -101,6 +104,7 @@ class ImageTarget:
     ) -> None:
         """The same of a rectangle: x, y, width, height [pixels]."""
         kind = self.formats[attachment]
+        wait_for_draws(self._ctx)
         self.framebuffer.read_into(
             values.data,
             viewport=area,

@@ -8,6 +8,7 @@ import moderngl
 import numpy as np
 
 from simgl.arrays import AnyArray, Mask
+from simgl.gpu.context import wait_for_draws
 from simgl.gpu.fullscreen import Screen
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import all_or_nothing
@@ -138,6 +139,7 @@ class GBufferPass:
         area = (0, 0, *blocks)
         self.colour_only.apply(self._ctx, counts, area, area)
         self._counting.draw()
+        wait_for_draws(self._ctx)
         data = counts.read(viewport=area, components=1, alignment=1, dtype="u1")
         of_block = np.frombuffer(data, dtype=np.uint8).reshape(blocks[::-1])
         return of_block & _COUNT, of_block > _COUNT

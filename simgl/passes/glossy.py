@@ -12,6 +12,7 @@ import moderngl
 import numpy as np
 
 from simgl.arrays import Array32, IndexArray
+from simgl.gpu.context import wait_for_draws
 from simgl.gpu.fullscreen import Screen
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import all_or_nothing
@@ -81,6 +82,7 @@ class GlossyPass:
         (masks,) = self._masks.covering(area[2:])
         self.state.apply(self._ctx, masks, area, area)
         mask.draw()
+        wait_for_draws(self._ctx)
         data = masks.read(viewport=area, components=1, alignment=1, dtype="u1")
         pages = np.zeros((len(points.entries), ENTRIES), dtype=np.uint32)
         listed = listed_points(np.frombuffer(data, dtype=np.uint8).reshape(pages.shape), pages)

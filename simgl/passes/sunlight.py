@@ -6,6 +6,7 @@ import moderngl
 import numpy as np
 
 from simgl.arrays import AnyArray
+from simgl.gpu.context import wait_for_draws
 from simgl.gpu.fullscreen import Screen
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import all_or_nothing
@@ -176,6 +177,7 @@ class SunlightPass:
         (masks,) = self._masks.covering(area[2:])
         self.colour_only.apply(self._ctx, masks, area, area)
         self._unknown.draw()
+        wait_for_draws(self._ctx)
         data = masks.read(viewport=area, components=1, alignment=1, dtype="u1")
         return np.frombuffer(data, dtype=np.uint8).reshape(-1, ENTRIES)
 
