@@ -58,7 +58,7 @@ class _Steps:
         paths = (ROOT, ROOT / "bridge", site)
         self._environment = os.environ | {
             "PYTHONPATH": os.pathsep.join(map(str, paths)),
-            "XDG_CACHE_HOME": str(caches),
+            "XDG_CACHE_HOME": str(caches.resolve()),
         }
 
     def run(self, name: str, *arguments: str) -> tuple[str, float | None]:
@@ -119,11 +119,12 @@ def main() -> None:
     parser.add_argument("--frames", type=int, default=100, help="timed frames of each scene")
     parser.add_argument("--scene", action="append", default=[], help="only these scenes")
     parser.add_argument("--tests", nargs="*", default=TESTS, help="folders or files of tests")
+    parser.add_argument("--caches", type=Path, help="folder of caches that stay; else none stay")
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     out = options.out.resolve()
     with tempfile.TemporaryDirectory() as temporary:
-        site, caches = Path(temporary, "site"), Path(temporary, "caches")
+        site, caches = Path(temporary, "site"), options.caches or Path(temporary, "caches")
         _unpack(options.wheels, site)
         steps = _Steps(out, site, caches)
         doctor, _ = steps.run("doctor", "-m", "simgl", "doctor")
