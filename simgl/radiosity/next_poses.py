@@ -8,6 +8,7 @@ nears a step, each frame traces a few.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from threading import Lock
 
 from simgl.next_step import NextStep, StepWatch, parts_due
 from simgl.radiosity.patch_light import PatchLight
@@ -32,7 +33,7 @@ class _NextPose:
 class NextPoses:
     """Follows the joints of spacecraft, and makes quick light ahead of them.
 
-    Results are those of a frame that makes all by itself.
+    Results are those of a frame that makes all by itself. Any thread may use it.
 
     light : of the patches, whose precomputed surfaces a pose needs
     """
@@ -40,6 +41,8 @@ class NextPoses:
     def __init__(self, transports: TransportStore, light: PatchLight) -> None:
         self._transports, self._light = transports, light
         self._watches: dict[tuple[int, str], StepWatch] = {}
+        # Spacecraft of one model have one transport, whose pairs are traced once.
+        self._lock = Lock()
 
     def make_ahead(self, instance: int, model: SpacecraftModel) -> None:
         """Do what is due in this frame.
@@ -47,6 +50,10 @@ class NextPoses:
         instance : of the spacecraft in the scene
         model : at its pose in this frame
         """
+        with self._lock:
+            self._make_due(instance, model)
+
+    def _make_due(self, instance: int, model: SpacecraftModel) -> None:
         pose = self._next_pose(instance, model)
         if pose is None:
             return

@@ -7,6 +7,8 @@ part.
 
 from __future__ import annotations
 
+from threading import Lock
+
 from simgl.arrays import Array
 from simgl.next_step import parts_due
 from simgl.radiosity.precomputed_response import PrecomputedResponse
@@ -16,11 +18,13 @@ from simgl.radiosity.sunlit_patches import corners_ahead
 class NextSunlight:
     """Follows the Sun in the axes of spacecraft, and makes its reflected light ahead of it.
 
-    Results are those of a frame that makes all by itself.
+    Results are those of a frame that makes all by itself. Any thread may use it.
     """
 
     def __init__(self) -> None:
         self._last: dict[int, Array] = {}
+        # Spacecraft of one model have one response, whose parts are made one after another.
+        self._lock = Lock()
 
     def make_ahead(self, instance: int, response: PrecomputedResponse, direction: Array) -> None:
         """Do what is due in this frame.
@@ -31,9 +35,10 @@ class NextSunlight:
         last, self._last[instance] = self._last.get(instance), direction
         if last is None:
             return
-        for nodes, frames in corners_ahead(last, direction):
-            left = [node for node in nodes for _ in range(response.parts_left(node))]
-            for node in left[: parts_due(len(left), frames)]:
-                response.make_part(node)
-            if left:
-                return
+        with self._lock:
+            for nodes, frames in corners_ahead(last, direction):
+                left = [node for node in nodes for _ in range(response.parts_left(node))]
+                for node in left[: parts_due(len(left), frames)]:
+                    response.make_part(node)
+                if left:
+                    return

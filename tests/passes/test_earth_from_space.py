@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from simgl.passes.background import planet_blocks
 from simgl.scenario.scenario import Scenario
 from simgl.scene.earth import Clouds
 from simgl.view.background_tiles import ground_tiles, unevenness
@@ -311,6 +312,9 @@ def test_towers_of_storms_stand_over_the_limb_of_the_tropics(
     looked = scene({}, camera, sun_direction=tuple(R @ tilted_sun(place, 30.0, 240.0)), earth=earth)
     towering = radiance(gl, looked)
     monkeypatch.setattr(Clouds, "top", property(lambda self: self.height))
+    # What is cached of an Earth has its towers.
+    of_earth = "simgl.passes.background.planet_blocks._earth_values"
+    monkeypatch.setattr(of_earth, planet_blocks._earth_values.__wrapped__)
     level = radiance(gl, looked)
     more = (towering - level)[..., 0] / level[..., 0].max()
     x, y = (np.arange(n) + 0.5 - 0.5 * n for n in (width, height))

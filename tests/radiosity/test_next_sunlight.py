@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 
@@ -93,3 +95,20 @@ def test_a_sun_on_the_move_finds_its_light_made(pace: float) -> None:
         ahead.make_ahead(0, response, direction)
     # Not all of it was there from the start.
     assert len(entered) > 3
+
+
+def test_spacecraft_of_one_model_share_what_is_made_ahead() -> None:
+    """Each in a thread of its own."""
+    transport = open_box()
+    surface = reflectors(transport, white(0.8))
+    response = PrecomputedResponse(transport, surface, SunlitPatches(transport))
+    ahead = NextSunlight()
+    directions = way(PACES[1], 60)
+    with ThreadPoolExecutor(4) as executor:
+        for direction in directions:
+            tasks = [
+                executor.submit(ahead.make_ahead, instance, response, direction)
+                for instance in range(4)
+            ]
+            for task in tasks:
+                task.result()
