@@ -114,7 +114,7 @@ Clouds clouds_at(Place here) {
     clouds.reflected = cloud_reflectance(thickness, cosine_on_tops(here.mu_sun));
     clouds.around = clouds_below * weather.x * clouds.reflected;
     clouds.back = cloud_diffuse_reflectance(thickness);
-    clouds.shape = cloud_shape(here.cloud_shape, weather.y);
+    clouds.shape = cloud_shape(here.light.cloud_shape, weather.y);
     clouds.high_tau = clouds_below * high_cloud_thickness * weather.z;
 #ifdef BANDS
     vec2 size = vec2(textureSize(cloud_bands, 0));
@@ -180,18 +180,18 @@ vec4 body_at(Place here) {
 Sea sea_at(Place here) {
     float mu_view = max(dot(here.normal, here.view), 0.0);
 #ifdef AIR_INSIDE
-    vec4 sky = here.sky;
+    vec4 sky = here.light.sky;
 #else
-    vec4 sky = here.diffuse / PI;
+    vec4 sky = here.light.diffuse / PI;
 #endif
-    vec4 body = body_at(here) / PI * (here.direct * here.lit + here.diffuse);
+    vec4 body = body_at(here) / PI * (here.light.direct * here.lit + here.light.diffuse);
 #ifdef BANDS
     sky *= water_mirror;
     float waves = glint(here.normal, sun_direction_itrf.xyz, here.view, slope_variance_at(here));
-    return Sea(body + sky * sky_in_waves(mu_view), here.direct * waves * water_mirror);
+    return Sea(body + sky * sky_in_waves(mu_view), here.light.direct * waves * water_mirror);
 #else
     return Sea(body + sky * sky_in_waves(mu_view),
-               here.direct
+               here.light.direct
                * glint(here.normal, sun_direction_itrf.xyz, here.view, slope_variance_at(here)));
 #endif
 }
@@ -252,10 +252,10 @@ Place with_land_around(Place here) {
     land = with_snow(land, growth_of(land, kind), kind, here.ground.on_map, 0.0, 0.0);
 #endif
     vec4 gain = by_air(land) / PI;
-    here.land_direct = here.direct * gain;
-    here.land_diffuse = here.diffuse * gain;
-    here.land_aloft = here.aloft * brighter(land);
-    here.around = land;
+    here.light.land_direct = here.light.direct * gain;
+    here.light.land_diffuse = here.light.diffuse * gain;
+    here.light.land_aloft = here.light.aloft * brighter(land);
+    here.light.around = land;
     return here;
 }
 
@@ -342,27 +342,27 @@ vec4 surface_light(Place here, Sea sea, Shade shade) {
     float north = degrees_north(here.ground.on_map);
     vec4 ice = ice_reflectance[north > 0.0 ? 0 : 1];
     vec4 below_ice = by_clouds(ice, shade);
-    vec4 on_ice = (here.direct * here.lit + here.diffuse) * by_air(ice) * below_ice;
+    vec4 on_ice = (here.light.direct * here.lit + here.light.diffuse) * by_air(ice) * below_ice;
     water = mix(water, ice / PI * on_ice, ice_share(here.ground.on_map, north, floes))
-          + ice_share(here.ground.on_map, north, 0.0) * below_ice * brighter(ice) * here.aloft;
+          + ice_share(here.ground.on_map, north, 0.0) * below_ice * brighter(ice) * here.light.aloft;
 #endif
 #ifdef SEA
     return water;
 #else
     Land land = land_at(here);
-    vec4 below = by_clouds(here.around, shade);
-    vec4 light = land.reflectance * (here.land_direct * land.lit + here.land_diffuse);
+    vec4 below = by_clouds(here.light.around, shade);
+    vec4 light = land.reflectance * (here.light.land_direct * land.lit + here.light.land_diffuse);
 #ifdef LAND
-    light = (light + here.land_aloft) * below;
+    light = (light + here.light.land_aloft) * below;
 #else
     light *= below;
     float across_km = clamp(here.footprint, 0.4, LARGEST_SHORE_KM);
     light = mix(light, water, clamp(0.5 + land.shore_km / across_km, 0.0, 1.0))
-          + clamp(0.5 - land.shore_km / AROUND_KM, 0.0, 1.0) * below * here.land_aloft;
+          + clamp(0.5 - land.shore_km / AROUND_KM, 0.0, 1.0) * below * here.light.land_aloft;
 #endif
 #ifdef NIGHT
     // Lamps are on from sunset.
-    light += here.to_ground * dusk(here.mu_sun)
+    light += here.light.to_ground * dusk(here.mu_sun)
            * city_lights(land.lamps, land.lamps_at, here.footprint, land.road);
 #endif
     return light;
@@ -391,16 +391,16 @@ Sight through_clouds(Place here, Clouds clouds, Shade shade, vec4 below, float o
     float high = 0.0;
 #endif
 #ifdef BANDS
-    vec4 layer = (here.white * bright + here.sunny * (bright * facing)) * clouds.darkened;
+    vec4 layer = (here.light.white * bright + here.light.sunny * (bright * facing)) * clouds.darkened;
 #ifndef NO_HIGH_CLOUD
-    layer += here.white_high * ice_cloud * high;
+    layer += here.light.white_high * ice_cloud * high;
 #endif
 #else
-    vec4 layer = here.white * (bright + high) + here.sunny * (bright * facing);
+    vec4 layer = here.light.white * (bright + high) + here.light.sunny * (bright * facing);
 #endif
     // Air above scatters the light of a bright deck, too; the air beneath has what light comes through.
-    layer += max(clouds.around - mean_ground, 0.0) * here.aloft_high;
-    layer -= here.beneath * (1.0 - past * (1.0 - cover * reflected));
+    layer += max(clouds.around - mean_ground, 0.0) * here.light.aloft_high;
+    layer -= here.light.beneath * (1.0 - past * (1.0 - cover * reflected));
     return Sight(on_clouds * layer + on_earth * past * below, 1.0 - on_clouds * (1.0 - past));
 }
 
@@ -422,9 +422,9 @@ Sight ground_sight(Place here, float on_earth, float on_clouds) {
     if (here.lit <= 0.0) return Sight(vec4(0.0), 1.0);
     float r = regolith_reflectance(here.lit, max(dot(here.normal, here.view), 1e-3),
                                    dot(here.view, sun_direction_itrf.xyz));
-    return Sight(on_earth * regolith_scale * earth_albedo * here.direct * r, 1.0);
+    return Sight(on_earth * regolith_scale * earth_albedo * here.light.direct * r, 1.0);
 #elif !defined(EARTH_MAPS)
-    return Sight(on_earth * earth_albedo / PI * (here.direct * here.lit + here.diffuse), 1.0);
+    return Sight(on_earth * earth_albedo / PI * (here.light.direct * here.lit + here.light.diffuse), 1.0);
 #else
     return mapped_sight(here, sea_at(here), on_earth, on_clouds);
 #endif

@@ -3,28 +3,8 @@
 struct PackedPlace {
     vec4 normal_lit;
     vec4 view_footprint;
-    vec4 direct;
-    vec4 diffuse;
-    vec4 to_ground;
-    vec4 white;
-    vec4 sunny;
-    vec4 beneath;
+    PlaceLight light;
 #ifdef EARTH_MAPS
-#ifdef BANDS
-    vec4 white_high;
-#endif
-    vec4 aloft;
-    vec4 aloft_high;
-#ifndef SEA
-    vec4 land_direct;
-    vec4 land_diffuse;
-    vec4 land_aloft;
-    vec4 around;
-#endif
-#ifdef AIR_INSIDE
-    vec4 sky;
-#endif
-    vec4 cloud_shape;
 #ifdef ONE_FACE
     vec4 ground;
     vec4 cloud;
@@ -60,28 +40,8 @@ PackedPlace in_parts(Place place) {
     PackedPlace parts;
     parts.normal_lit = vec4(place.normal, place.lit);
     parts.view_footprint = vec4(place.view, place.footprint);
-    parts.direct = place.direct;
-    parts.diffuse = place.diffuse;
-    parts.to_ground = place.to_ground;
-    parts.white = place.white;
-    parts.sunny = place.sunny;
-    parts.beneath = place.beneath;
+    parts.light = place.light;
 #ifdef EARTH_MAPS
-#ifdef BANDS
-    parts.white_high = place.white_high;
-#endif
-    parts.aloft = place.aloft;
-    parts.aloft_high = place.aloft_high;
-#ifndef SEA
-    parts.land_direct = place.land_direct;
-    parts.land_diffuse = place.land_diffuse;
-    parts.land_aloft = place.land_aloft;
-    parts.around = place.around;
-#endif
-#ifdef AIR_INSIDE
-    parts.sky = place.sky;
-#endif
-    parts.cloud_shape = place.cloud_shape;
 #ifdef ONE_FACE
     parts.ground = vec4(place.ground.on_map, place.ground.on_chart);
     parts.cloud = vec4(place.cloud.on_map, place.cloud.on_chart);
@@ -122,28 +82,8 @@ Place in_full(PackedPlace parts) {
     place.lit = parts.normal_lit.w;
     place.view = parts.view_footprint.xyz;
     place.footprint = parts.view_footprint.w;
-    place.direct = parts.direct;
-    place.diffuse = parts.diffuse;
-    place.to_ground = parts.to_ground;
-    place.white = parts.white;
-    place.sunny = parts.sunny;
-    place.beneath = parts.beneath;
+    place.light = parts.light;
 #ifdef EARTH_MAPS
-#ifdef BANDS
-    place.white_high = parts.white_high;
-#endif
-    place.aloft = parts.aloft;
-    place.aloft_high = parts.aloft_high;
-#ifndef SEA
-    place.land_direct = parts.land_direct;
-    place.land_diffuse = parts.land_diffuse;
-    place.land_aloft = parts.land_aloft;
-    place.around = parts.around;
-#endif
-#ifdef AIR_INSIDE
-    place.sky = parts.sky;
-#endif
-    place.cloud_shape = parts.cloud_shape;
 #ifdef ONE_FACE
     place.ground = Spot(parts.ground.xy, parts.ground.zw, parts.fibres.xy);
     place.cloud = Spot(parts.cloud.xy, parts.cloud.zw, parts.fibres.zw);

@@ -29,7 +29,7 @@ const float SHADOW_SINE = 0.10;
 // Of a pixel's long edge on the ground: noise is no finer (simgl/view/background_tiles.py).
 const float LONG_EDGE = 0.9;
 
-// Light as it reaches the camera: dimmed by the air on the way.
+// A place, and as its ``light`` what reaches the camera of light there: dimmed by the air on the way.
 //
 // normal    : of the ellipsoid, ITRF
 // view      : unit, towards the camera, ITRF
@@ -61,11 +61,7 @@ const float LONG_EDGE = 0.9;
 // resolved  : variance of hills' slopes and of ice fibres that it resolves
 // bed_steepness : over hills' slopes from the beds of valleys up to where the ground is even
 // resolved_clouds : of the kinds of cloud
-struct Place {
-    vec3 normal;
-    vec3 view;
-    float footprint;
-    float lit;
+struct PlaceLight {
     vec4 direct;
     vec4 diffuse;
     vec4 to_ground;
@@ -88,6 +84,16 @@ struct Place {
     vec4 sky;
 #endif
     vec4 cloud_shape;
+#endif
+};
+
+struct Place {
+    vec3 normal;
+    vec3 view;
+    float footprint;
+    float lit;
+    PlaceLight light;
+#ifdef EARTH_MAPS
     Spot ground;
     Spot cloud;
     Spot shade;
@@ -172,9 +178,9 @@ Place place_at(vec3 d, float t, float cloud_t, float slant) {
     Daylight day = air_daylight(mu_sun);
     // On fewer and fewer tops, whose slopes would face the Sun below the horizon all night.
     float risen = clamp((mu_sun - SETS_ON_TOPS) / (SETS_BELOW - SETS_ON_TOPS), 0.0, 1.0);
-    place.direct = day.direct * (risen * risen);
-    place.diffuse = day.diffuse;
-    place.to_ground = vec4(1.0);
+    place.light.direct = day.direct * (risen * risen);
+    place.light.diffuse = day.diffuse;
+    place.light.to_ground = vec4(1.0);
 #ifdef EARTH_MAPS
     vec3 to_sun = sun_direction_itrf.xyz - mu_sun * n;
     vec3 shade = n + to_sun * (cloud_km / (planet_km * max(mu_sun, SHADOW_SINE)));
@@ -198,25 +204,25 @@ Place place_at(vec3 d, float t, float cloud_t, float slant) {
     place.resolved_clouds = cloud_variance[int(place.levels.y)];
     Daylight high = air_daylight_at(layer_km, mu_sun);
 #ifdef NIGHT
-    place.diffuse += glow_irradiance * nightfall(mu_sun);
+    place.light.diffuse += glow_irradiance * nightfall(mu_sun);
     high.diffuse += glow_irradiance * nightfall(mu_sun);
 #endif
     vec4 sunlight = high.direct * place.lit;
-    place.white = (sunlight + high.diffuse) / PI;
-    place.sunny = sunlight / PI;
+    place.light.white = (sunlight + high.diffuse) / PI;
+    place.light.sunny = sunlight / PI;
     // What the sky sends is reflected evenly.
 #ifdef BANDS
     float from_sun = dot(sunlight, vec4(1.0)) / max(dot(sunlight + high.diffuse, vec4(1.0)), 1e-20);
     Daylight highest = air_daylight_at(HIGH_CLOUD_KM, mu_sun);
-    place.white_high = (highest.direct * place.lit + highest.diffuse) / PI;
+    place.light.white_high = (highest.direct * place.lit + highest.diffuse) / PI;
 #else
     float from_sun = sunlight.g / max(sunlight.g + high.diffuse.g, 1e-20);
 #endif
     vec4 shape = mix(vec4(1.0), cloud_shape_at(n, place.view), from_sun);
-    place.cloud_shape = vec4(shape.x, shape.yzw - shape.xyz);
-    place.beneath = vec4(0.0);
-    place.aloft = vec4(0.0);
-    place.aloft_high = vec4(0.0);
+    place.light.cloud_shape = vec4(shape.x, shape.yzw - shape.xyz);
+    place.light.beneath = vec4(0.0);
+    place.light.aloft = vec4(0.0);
+    place.light.aloft_high = vec4(0.0);
 #endif
     return place;
 }
@@ -259,16 +265,16 @@ Place place_through(AirRay air, Place place) {
 #if defined(EARTH_MAPS) && !defined(AIR_INSIDE)
     // Beyond 60 deg from the zenith as there: no corner of a tile differs much from the next.
     float mu_view = max(dot(place.normal, place.view), 0.5);
-    place.aloft = (place.direct * place.lit + place.diffuse) / PI * scattered_up(0.0, air.to_ground, mu_view, air_from_below);
+    place.light.aloft = (place.light.direct * place.lit + place.light.diffuse) / PI * scattered_up(0.0, air.to_ground, mu_view, air_from_below);
 #endif
-    place.to_ground = air.to_ground;
-    place.direct *= air.to_ground;
-    place.diffuse *= air.to_ground;
+    place.light.to_ground = air.to_ground;
+    place.light.direct *= air.to_ground;
+    place.light.diffuse *= air.to_ground;
 #if defined(BANDS) && !defined(AIR_INSIDE)
     vec2 mu = vec2(dot(place.normal, sun_direction_itrf.xyz), dot(place.normal, place.view));
     vec4 twice = past_twice(0.0, mu.x, mu.y);
-    place.direct *= twice;
-    place.diffuse *= twice;
+    place.light.direct *= twice;
+    place.light.diffuse *= twice;
 #endif
 #ifdef EARTH_MAPS
 #ifdef AIR_INSIDE
@@ -276,7 +282,7 @@ Place place_through(AirRay air, Place place) {
 #ifdef NIGHT
     mirrored += glow_irradiance / PI * nightfall(dot(place.normal, sun_direction_itrf.xyz));
 #endif
-    place.sky = mix(place.diffuse / PI, mirrored * air.to_ground, exp(-camera_height / SAME_SKY_KM));
+    place.light.sky = mix(place.light.diffuse / PI, mirrored * air.to_ground, exp(-camera_height / SAME_SKY_KM));
 #endif
 #ifdef TOWERS
     float mu_layer = layer_km > cloud_km ? layer_mu : mu_at(cloud_km, air.mu_ground, 0.0);
@@ -286,19 +292,19 @@ Place place_through(AirRay air, Place place) {
 #endif
 #ifndef AIR_INSIDE
     vec4 above = air_from_below * (1.0 - over.to_ground) / max(1.0 - air.to_ground, 1e-6);
-    place.aloft_high = place.white * scattered_up(layer_km, over.to_ground, mu_view, above);
+    place.light.aloft_high = place.light.white * scattered_up(layer_km, over.to_ground, mu_view, above);
 #endif
-    place.white *= over.to_ground;
-    place.sunny *= over.to_ground;
+    place.light.white *= over.to_ground;
+    place.light.sunny *= over.to_ground;
 #ifdef BANDS
-    place.white_high *= air_before(air, HIGH_CLOUD_KM).to_ground;
+    place.light.white_high *= air_before(air, HIGH_CLOUD_KM).to_ground;
 #ifndef AIR_INSIDE
-    place.white *= past_twice(layer_km, mu.x, mu.y);
-    place.sunny *= past_twice(layer_km, mu.x, mu.y);
-    place.white_high *= past_twice(HIGH_CLOUD_KM, mu.x, mu.y);
+    place.light.white *= past_twice(layer_km, mu.x, mu.y);
+    place.light.sunny *= past_twice(layer_km, mu.x, mu.y);
+    place.light.white_high *= past_twice(HIGH_CLOUD_KM, mu.x, mu.y);
 #endif
 #endif
-    place.beneath = air.light - over.light;
+    place.light.beneath = air.light - over.light;
 #endif
     return place;
 }
