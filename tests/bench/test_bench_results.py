@@ -245,6 +245,13 @@ def test_a_child_that_fails_says_why() -> None:
         seconds_of(["/nowhere/python"], 60.0)
 
 
+def test_what_a_child_said_does_not_tell_where_simgl_lies() -> None:
+    code = "import simgl.cli; raise SystemExit(simgl.cli.__file__)"
+    with pytest.raises(ChildError) as raised:
+        seconds_of([sys.executable, "-c", code], 60.0)
+    assert str(raised.value) == "ended with status 1: simgl/cli.py"
+
+
 def test_page_and_tables_show_what_was_measured(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
