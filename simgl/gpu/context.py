@@ -10,7 +10,7 @@ import ctypes
 import ctypes.util
 import os
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -24,6 +24,8 @@ from simgl.gpu.osmesa import OSMesaContext
 from simgl.gpu.window_systems import Binding, current_binding, find_loaded, opengl_function
 
 REQUIRED_VERSION = 330
+# From which on there are compute shaders.
+_COMPUTE_VERSION = 430
 BACKENDS = ("auto", "egl", "osmesa")
 
 
@@ -96,11 +98,13 @@ def _open_egl(device_index: int) -> moderngl.Context:
     if devices and not 0 <= device_index < devices:
         raise _why_egl_fails(device_index, ValueError("no such device"))
     options: dict[str, Any] = {"backend": "egl", "device_index": device_index}
+    # Some drivers give no more than is asked for.
+    with suppress(Exception):
+        return moderngl.create_context(standalone=True, require=_COMPUTE_VERSION, **options)
     try:
-        ctx = moderngl.create_context(standalone=True, require=REQUIRED_VERSION, **options)
+        return moderngl.create_context(standalone=True, require=REQUIRED_VERSION, **options)
     except Exception as error:
         raise _why_egl_fails(device_index, error) from None
-    return ctx
 
 
 def _open_osmesa() -> moderngl.Context:
@@ -283,6 +287,16 @@ def is_software(ctx: moderngl.Context) -> bool:
 def is_software_name(renderer: str) -> bool:
     """The same, by the renderer's name."""
     return any(word in renderer.lower() for word in ("llvmpipe", "softpipe", "swrast", "software"))
+
+
+def prefers_compute(ctx: moderngl.Context) -> bool:
+    """Whether full-screen work is done by compute shaders rather than by fragment shaders.
+
+    A data-centre GPU shades fragments with few of its units: an NVIDIA H200 takes 20 to 33 times
+    as long for the same work. No other GPU is known that is faster with fragments; a CPU renderer
+    is, 4 to 9 times.
+    """
+    return ctx.version_code >= _COMPUTE_VERSION and not is_software(ctx)
 
 
 def report(ctx: moderngl.Context, backend: str) -> GlReport:

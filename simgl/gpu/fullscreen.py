@@ -1,4 +1,4 @@
-"""Full-screen draws: a fragment shader over a viewport."""
+"""Full-screen draws: a fragment shader over a viewport, or a compute shader over its pixels."""
 
 from __future__ import annotations
 
@@ -7,16 +7,18 @@ from typing import Any
 
 import moderngl
 
+from simgl.gpu.compute_screen import ComputeScreen
+from simgl.gpu.context import prefers_compute
+from simgl.gpu.pipeline_state import State
 from simgl.gpu.program import load_program
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
 
 
 class Screen:
-    """The shader ``NAME.frag``, drawn as one triangle over the current viewport, at a depth.
+    """The shader ``NAME.frag``, drawn as one triangle over an area, at a depth.
 
     depth : -1..1
-    vertex : another vertex stage
     blocks, spare : that it reads, bound by whoever owns them; that only other variants read
     samplers, defines : texture units by name; of the variant
     """
@@ -32,12 +34,12 @@ class Screen:
         defines: Mapping[str, float] | None = None,
         *,
         spare: Sequence[Block] = (),
-        vertex: str = "common/fullscreen.vert",
     ) -> None:
+        self._ctx = ctx
         self._program = load_program(
             ctx,
             name,
-            vertex=vertex,
+            vertex="common/fullscreen.vert",
             blocks=blocks,
             spare=spare,
             samplers=samplers,
@@ -45,14 +47,44 @@ class Screen:
         )
         self._array = ctx.vertex_array(self._program, [])
 
-    def draw(self, *, opposite: bool = False) -> None:
-        """Over the current viewport, with what is bound; opposite : at the opposite depth."""
+    def draw(
+        self,
+        state: State,
+        target: moderngl.Framebuffer,
+        area: tuple[int, int, int, int],
+        depths: moderngl.Texture | None = None,
+        *,
+        opposite: bool = False,
+    ) -> None:
+        """Over an area of a target, with what is bound.
+
+        area : x, y, width, height [pixels]
+        depths : R32F in place of the target's depth buffer, only for a ``ComputeScreen``
+        opposite : at the opposite depth
+        """
+        assert depths is None
+        state.apply(self._ctx, target, area, area)
         self._array.render(moderngl.TRIANGLES, vertices=3, first=3 * opposite)
 
     def release(self) -> None:
         """Free everything."""
         self._array.release()
         self._program.release()
+
+
+def screen(
+    ctx: moderngl.Context,
+    name: str,
+    depth: float,
+    blocks: Sequence[Block],
+    samplers: Mapping[str, int],
+    defines: Mapping[str, float] | None = None,
+    *,
+    spare: Sequence[Block] = (),
+) -> Screen | ComputeScreen:
+    """A ``Screen``, or the same as a compute shader where that is faster."""
+    kind = ComputeScreen if prefers_compute(ctx) else Screen
+    return kind(ctx, name, depth, blocks, samplers, defines, spare=spare)
 
 
 # Of two or three dimensions.

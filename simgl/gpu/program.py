@@ -8,6 +8,7 @@ import moderngl
 
 from simgl import assets
 from simgl.errors import ShaderError
+from simgl.gpu.compute_glsl import as_compute, is_of_draw
 from simgl.gpu.glsl import Stage, assemble
 from simgl.gpu.held_signals import signals_held
 from simgl.gpu.uniform_blocks import Block
@@ -62,8 +63,37 @@ def load_program(
     return program
 
 
+def load_compute_shader(
+    ctx: moderngl.Context,
+    name: str,
+    *,
+    blocks: Sequence[Block],
+    spare: Sequence[Block],
+    samplers: Mapping[str, int],
+    defines: Mapping[str, int | float],
+) -> moderngl.ComputeShader:
+    """``NAME.frag`` as a compute shader (``as_compute``), else as ``load_program`` does it."""
+    generated = {block.include: block.glsl for block in (*blocks, *spare)}
+    stage = as_compute(assemble(assets.shaders(), f"{name}.frag", defines, generated))
+    try:
+        with signals_held():
+            program = ctx.compute_shader(stage.text)
+    except moderngl.Error as error:
+        lines = [line for line in str(error).splitlines() if line.strip(" =")]
+        raise ShaderError("\n".join(stage.explain(line) for line in lines)) from None
+    try:
+        _bind_and_check(name, program, blocks, samplers)
+    except ShaderError:
+        program.release()
+        raise
+    return program
+
+
 def _bind_and_check(
-    name: str, program: moderngl.Program, blocks: Sequence[Block], samplers: Mapping[str, int]
+    name: str,
+    program: moderngl.Program | moderngl.ComputeShader,
+    blocks: Sequence[Block],
+    samplers: Mapping[str, int],
 ) -> None:
     declared = {block.name: block for block in blocks}
     unused = set(samplers)
@@ -82,6 +112,8 @@ def _bind_and_check(
                 )
             member.binding = block.binding
         elif isinstance(member, moderngl.Uniform):
+            if isinstance(program, moderngl.ComputeShader) and is_of_draw(key):
+                continue
             if key not in samplers:
                 raise ShaderError(f"{name}: uniform {key} is no declared sampler")
             member.value = samplers[key]

@@ -8,8 +8,8 @@ import moderngl
 import numpy as np
 
 from simgl.arrays import AnyArray, Mask
-from simgl.gpu.context import wait_for_draws
-from simgl.gpu.fullscreen import Screen
+from simgl.gpu.context import prefers_compute, wait_for_draws
+from simgl.gpu.fullscreen import screen
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.render_targets import Format, GrowingTarget, textures_of
@@ -23,6 +23,7 @@ from simgl.passes.shading_points import (
     OTHERS,
     PAGE_ENTRIES,
     POINT_GROUPS,
+    PointScreen,
     ShadingPoints,
     blocks_of,
     draw_marked,
@@ -69,14 +70,14 @@ class GBufferPass:
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
         self._ctx, self._meshes = ctx, meshes
-        self._grouping: dict[int, Screen] = {}
+        self._grouping: dict[int, PointScreen] = {}
         second = {"second_groups": CELL_GROUPS["second_groups"]}
-        self._counting = Screen(ctx, "gbuffer/pages", 0.0, [TILE], second)
+        self._counting = screen(ctx, "gbuffer/pages", 0.0, [TILE], second)
         paged = CELL_GROUPS | PAGE_ENTRIES
-        self._paging = Screen(ctx, "gbuffer/point_groups", 0.0, [TILE], paged)
-        self._unmarked = Screen(ctx, "gbuffer/unmarked", OTHERS, [], {})
-        self._marks: dict[tuple[str, ...], Screen] = {}
-        self._lookups: dict[tuple[str, ...], Screen] = {}
+        self._paging = screen(ctx, "gbuffer/point_groups", 0.0, [TILE], paged)
+        self._unmarked = screen(ctx, "gbuffer/unmarked", OTHERS, [], {})
+        self._marks: dict[tuple[str, ...], PointScreen] = {}
+        self._lookups: dict[tuple[str, ...], PointScreen] = {}
         self._tile = UniformBuffer(ctx, TILE)
         self._spacecraft = UniformBuffer(ctx, SPACECRAFT)
         self._groups = GrowingTarget(ctx, [range(len(CELL_GROUPS))], Format("u4", 4))
@@ -84,6 +85,7 @@ class GBufferPass:
         self._point_groups = GrowingTarget(ctx, [[0]], Format("u4"))
         self._page_entries = GrowingTarget(ctx, [[0]], Format("u4"))
         self._block_pages = GrowingTarget(ctx, [[0]], Format("u4"))
+        self._depths = GrowingTarget(ctx, [[0]], Format("f4"))
         self._targets = {n: GrowingTarget(ctx, [range(n)]) for n in (_PLAIN, _DETAILED)}
 
     def group(
@@ -99,8 +101,7 @@ class GBufferPass:
         self._tile.write(tile_values(tile, tile.slices[0]))
         self._tile.bind()
         visibility.use(_VISIBILITY_UNIT)
-        self.colour_only.apply(self._ctx, groups, (0, 0, *cells), (0, 0, *cells))
-        self._grouping_for(tile.cells.texels).draw()
+        self._grouping_for(tile.cells.texels).draw(self.colour_only, groups, (0, 0, *cells))
         counts, bare = self._page_counts(textures_of(groups)[1], blocks)
         entries, first = page_table(counts)
         page_entries = self._page_entries.written(entries)
@@ -128,7 +129,14 @@ class GBufferPass:
             textures=textures_of(target),
             framebuffer=target,
             depth=depth,
+            depths=self._depths_of(size),
         )
+
+    def _depths_of(self, size: tuple[int, int]) -> moderngl.Texture | None:
+        """Of the points, for compute shaders."""
+        if not prefers_compute(self._ctx):
+            return None
+        return textures_of(*self._depths.covering(size))[0]
 
     def _page_counts(
         self, second_groups: moderngl.Texture, blocks: tuple[int, int]
@@ -137,8 +145,7 @@ class GBufferPass:
         (counts,) = self._counts.covering(blocks)
         second_groups.use(CELL_GROUPS["second_groups"])
         area = (0, 0, *blocks)
-        self.colour_only.apply(self._ctx, counts, area, area)
-        self._counting.draw()
+        self._counting.draw(self.colour_only, counts, area)
         wait_for_draws(self._ctx)
         data = counts.read(viewport=area, components=1, alignment=1, dtype="u1")
         of_block = np.frombuffer(data, dtype=np.uint8).reshape(blocks[::-1])
@@ -153,8 +160,7 @@ class GBufferPass:
         for unit, texture in zip(CELL_GROUPS.values(), groups, strict=True):
             texture.use(unit)
         page_entries.use(PAGE_ENTRIES["page_entries"])
-        self.colour_only.apply(self._ctx, target, area, area)
-        self._paging.draw()
+        self._paging.draw(self.colour_only, target, area)
         return textures_of(target)[0]
 
     def look_up(self, tile: RasterTile, points: ShadingPoints, drawn: DrawnSpacecraft) -> None:
@@ -173,10 +179,9 @@ class GBufferPass:
         if "LAYERED" in model.variant:
             self._meshes.bind_materials(model)
         if not points.of_one:
-            self.marking.apply(self._ctx, points.framebuffer, area, area)
             # Drawn, not cleared: both come to the depth buffer's bits in the same way.
-            self._unmarked.draw()
-            self._marks_for(model.variant).draw()
+            for marks in self._unmarked, self._marks_for(model.variant):
+                marks.draw(self.marking, points.framebuffer, area, points.depths)
         variant = tuple(d for d in model.variant if d == "DETAILED")
         if variant:
             self._meshes.bind_surface(model)
@@ -197,13 +202,13 @@ class GBufferPass:
                 self._meshes.bind_joint_rates(motion)
                 variant += ("JOINTS_MOVE",)
         if not points.of_one:
-            draw_marked(self._ctx, points.framebuffer, points, self._look_up_for(variant))
+            draw_marked(points.framebuffer, points, self._look_up_for(variant))
             return
         layered = ("LAYERED",) * ("LAYERED" in model.variant)
-        self.looking_up.apply(self._ctx, points.framebuffer, area, area)
-        self._look_up_for((*variant, *layered, "MARK_AT")).draw()
+        look_up = self._look_up_for((*variant, *layered, "MARK_AT"))
+        look_up.draw(self.looking_up, points.framebuffer, area, points.depths)
 
-    def _marks_for(self, variant: tuple[str, ...]) -> Screen:
+    def _marks_for(self, variant: tuple[str, ...]) -> PointScreen:
         """The shader that marks the points of models of a variant."""
         layered = "LAYERED" in variant
         variant = ("LAYERED",) * layered
@@ -218,9 +223,9 @@ class GBufferPass:
             )
         return self._marks[variant]
 
-    def _grouping_for(self, texels: int) -> Screen:
+    def _grouping_for(self, texels: int) -> PointScreen:
         if texels not in self._grouping:
-            self._grouping[texels] = Screen(
+            self._grouping[texels] = screen(
                 self._ctx,
                 "gbuffer/groups",
                 0.0,
@@ -230,7 +235,7 @@ class GBufferPass:
             )
         return self._grouping[texels]
 
-    def _look_up_for(self, variant: tuple[str, ...]) -> Screen:
+    def _look_up_for(self, variant: tuple[str, ...]) -> PointScreen:
         """The shader for models of a variant; those without images do not pay for them."""
         if variant not in self._lookups:
             detailed, lit = "DETAILED" in variant, "INTERREFLECTION" in variant
@@ -265,6 +270,7 @@ class GBufferPass:
             self._point_groups,
             self._page_entries,
             self._block_pages,
+            self._depths,
         )
         for target in (*growing, *self._targets.values()):
             target.release()

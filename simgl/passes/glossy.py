@@ -13,7 +13,6 @@ import numpy as np
 
 from simgl.arrays import Array32, IndexArray
 from simgl.gpu.context import wait_for_draws
-from simgl.gpu.fullscreen import Screen
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.render_targets import Format, GrowingTarget
@@ -27,6 +26,7 @@ from simgl.passes.shading_points import (
     PAGE_ENTRIES,
     POINT_GROUPS,
     UNLISTED,
+    PointScreen,
     ShadingPoints,
     gbuffer_units,
     in_list_order,
@@ -57,7 +57,7 @@ class GlossyPass:
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
         self._ctx, self._meshes = ctx, meshes
-        self._screens: dict[tuple[str, ...], tuple[Screen, Screen]] = {}
+        self._screens: dict[tuple[str, ...], tuple[PointScreen, PointScreen]] = {}
         self._tile = UniformBuffer(ctx, TILE)
         self._spacecraft = UniformBuffer(ctx, SPACECRAFT)
         self._masks = GrowingTarget(ctx, [[0]], Format("u1"))
@@ -80,8 +80,7 @@ class GlossyPass:
         mask, lobes = self._screens_for(_variant(drawn))
         area = (0, 0, ENTRIES, len(points.entries))
         (masks,) = self._masks.covering(area[2:])
-        self.state.apply(self._ctx, masks, area, area)
-        mask.draw()
+        mask.draw(self.state, masks, area)
         wait_for_draws(self._ctx)
         data = masks.read(viewport=area, components=1, alignment=1, dtype="u1")
         pages = np.zeros((len(points.entries), ENTRIES), dtype=np.uint32)
@@ -91,8 +90,7 @@ class GlossyPass:
         self._points.written(listed).use(_POINTS_UNIT)
         area = (0, 0, COLUMNS, len(listed))
         (target,) = self._lobes.covering(area[2:])
-        self.state.apply(self._ctx, target, area, area)
-        lobes.draw()
+        lobes.draw(self.state, target, area)
         at = in_list_order(listed)
         at = at[at != UNLISTED].astype(np.int64)
         row, column = points.cells_of(at >> 16, at & 0xFFFF)
@@ -111,7 +109,7 @@ class GlossyPass:
         points.visibility.use(_VISIBILITY_UNIT)
         points.bind()
 
-    def _screens_for(self, variant: tuple[str, ...]) -> tuple[Screen, Screen]:
+    def _screens_for(self, variant: tuple[str, ...]) -> tuple[PointScreen, PointScreen]:
         """Of the mask, and of the listed points."""
         if variant not in self._screens:
             defines = dict.fromkeys(variant, 1)

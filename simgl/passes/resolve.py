@@ -11,7 +11,8 @@ import numpy as np
 from simgl.arrays import Array
 from simgl.camera.pinhole_fields import PinholeField
 from simgl.camera.pixel_ramp import SHARP, Ramps
-from simgl.gpu.fullscreen import FullscreenProgram
+from simgl.gpu.compute_screen import ComputeScreen
+from simgl.gpu.fullscreen import Screen, screen
 from simgl.gpu.pipeline_state import ONE_MINUS_SRC1_COLOR, State
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
@@ -83,7 +84,8 @@ class ResolvePass:
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._tile = UniformBuffer(ctx, TILE)
-        self._programs: dict[tuple[str, ...], FullscreenProgram] = {}
+        self._block = UniformBuffer(ctx, _RESOLVE)
+        self._programs: dict[tuple[str, ...], Screen | ComputeScreen] = {}
 
     def draw(
         self,
@@ -118,19 +120,28 @@ class ResolvePass:
             defines.append("DISTORTED")
         self._tile.write(tile_values(tile, tile.slices[0]))
         self._tile.bind()
+        self._block.bind()
+        for unit, texture in enumerate(textures.values()):
+            texture.use(unit)
         program = self._program_for(tuple(defines), list(textures))
         values = _values(tile, ramps, by_cells=lens is None and tile.window is None)
         for core in tile.cores or (tile.core,):
             box, values["core"] = _box_and_core(tile, core, target, lens, soft=ramps != SHARP)
             if rows is not None:
                 box = _in_rows(box, rows)
-            how.apply(self._ctx, target, (0, 0, *target.size), box)
-            program.draw(values, list(textures.values()))
+            self._block.write(values)
+            program.draw(how, target, box)
 
-    def _program_for(self, defines: tuple[str, ...], samplers: list[str]) -> FullscreenProgram:
+    def _program_for(self, defines: tuple[str, ...], samplers: list[str]) -> Screen | ComputeScreen:
         if defines not in self._programs:
-            self._programs[defines] = FullscreenProgram(
-                self._ctx, "resolve/resolve", _RESOLVE, samplers, defines, shared=[TILE]
+            units = {sampler: unit for unit, sampler in enumerate(samplers)}
+            self._programs[defines] = screen(
+                self._ctx,
+                "resolve/resolve",
+                0.0,
+                [_RESOLVE, TILE],
+                units,
+                dict.fromkeys(defines, 1),
             )
         return self._programs[defines]
 
@@ -140,6 +151,7 @@ class ResolvePass:
             program.release()
         self._programs.clear()
         self._tile.release()
+        self._block.release()
 
 
 def _with_neighbours(box: tuple[int, int, int, int]) -> tuple[int, int, int, int]:

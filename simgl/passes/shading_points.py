@@ -9,7 +9,8 @@ import moderngl
 import numpy as np
 
 from simgl.arrays import AnyArray, IndexArray, Mask
-from simgl.gpu.fullscreen import Screen
+from simgl.gpu.compute_screen import ComputeScreen
+from simgl.gpu.fullscreen import Screen, screen
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.uniform_blocks import Block
 from simgl.passes.shared_blocks import JOINT_RATES, JOINTS, LAMPS, MATERIALS, TILE
@@ -116,6 +117,7 @@ class ShadingPoints:
     textures : in the order of the targets of shaders/gbuffer/gbuffer.frag, RGBA32F
     framebuffer : of the textures
     depth : of the same size: which of them are whose (``draw_marked``, ``draw_by_material``)
+    depths : R32F, the same for compute shaders; None where there are none
     """
 
     cells: tuple[int, int]
@@ -130,6 +132,7 @@ class ShadingPoints:
     textures: tuple[moderngl.Texture, ...]
     framebuffer: moderngl.Framebuffer
     depth: moderngl.Renderbuffer
+    depths: moderngl.Texture | None
 
     @property
     def size(self) -> tuple[int, int]:
@@ -166,26 +169,22 @@ def blocks_of(cells: tuple[int, int]) -> tuple[int, int]:
 # at the first depth, those of one law behind the second, those of layered materials before its
 # opposite: even a renderer without real branches spends on a point only what it needs.
 OTHERS, BY_MATERIAL, MARKED = 0.0, 0.4, 0.8
+PointScreen = Screen | ComputeScreen
 _ALL, _PLAIN, _LAYERED = (
     State(depth=True, depth_func=f, keep_depth=True) for f in ("!=", "<", ">")
 )
 
 
-def draw_marked(
-    ctx: moderngl.Context, target: moderngl.Framebuffer, points: ShadingPoints, screen: Screen
-) -> None:
+def draw_marked(target: moderngl.Framebuffer, points: ShadingPoints, screen: PointScreen) -> None:
     """Draw all points of the spacecraft that was looked up last, with a screen at ``OTHERS``."""
-    area = (0, 0, *points.size)
-    _ALL.apply(ctx, target, area, area)
-    screen.draw()
+    screen.draw(_ALL, target, (0, 0, *points.size), points.depths)
 
 
 def draw_by_material(
-    ctx: moderngl.Context,
     target: moderngl.Framebuffer,
     points: ShadingPoints,
-    plain: Screen,
-    layered: Screen | None,
+    plain: PointScreen,
+    layered: PointScreen | None,
 ) -> None:
     """The same with two screens at ``BY_MATERIAL``.
 
@@ -193,11 +192,9 @@ def draw_by_material(
     layered : for those of layered materials, None where there are none
     """
     area = (0, 0, *points.size)
-    _PLAIN.apply(ctx, target, area, area)
-    plain.draw()
+    plain.draw(_PLAIN, target, area, points.depths)
     if layered is not None:
-        _LAYERED.apply(ctx, target, area, area)
-        layered.draw(opposite=True)
+        layered.draw(_LAYERED, target, area, points.depths, opposite=True)
 
 
 def point_shader(
@@ -207,7 +204,7 @@ def point_shader(
     blocks: Sequence[Block],
     samplers: Mapping[str, int],
     defines: Mapping[str, float] | None = None,
-) -> Screen:
-    """A shader over the shading points of a tile, which the viewport holds, at a depth."""
+) -> PointScreen:
+    """A shader over the shading points of a tile, at a depth."""
     spare = [TILE, LAMPS, MATERIALS, JOINTS, JOINT_RATES]
-    return Screen(ctx, name, depth, blocks, samplers, defines, spare=spare)
+    return screen(ctx, name, depth, blocks, samplers, defines, spare=spare)

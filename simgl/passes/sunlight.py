@@ -7,7 +7,7 @@ import numpy as np
 
 from simgl.arrays import AnyArray
 from simgl.gpu.context import wait_for_draws
-from simgl.gpu.fullscreen import Screen
+from simgl.gpu.fullscreen import screen
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.render_targets import Format, GrowingTarget, textures_of
@@ -19,6 +19,7 @@ from simgl.passes.shading_points import (
     OTHERS,
     PAGE_ENTRIES,
     POINT_GROUPS,
+    PointScreen,
     ShadingPoints,
     draw_marked,
     gbuffer_units,
@@ -79,10 +80,10 @@ class SunlightPass:
         }
         self._slopes = slopes
         # By that, by how a spacecraft moves, and by whether open sheets shade it.
-        self._screens: dict[tuple[str, ...], Screen] = {}
+        self._screens: dict[tuple[str, ...], PointScreen] = {}
         for way in (), ("SEARCH",):
             self._screen_for(way, ())
-        self._unknown = Screen(ctx, "surface/unknown", 0.0, [], _FIRST)
+        self._unknown = screen(ctx, "surface/unknown", 0.0, [], _FIRST)
         self._tile = UniformBuffer(ctx, TILE)
         self._spacecraft = UniformBuffer(ctx, SPACECRAFT)
         self._shadow = UniformBuffer(ctx, SHADOW)
@@ -92,7 +93,7 @@ class SunlightPass:
         self._points = GrowingTarget(ctx, [[0]], Format("u4"))
         self._pages = GrowingTarget(ctx, [[0]], Format("u4", 2))
 
-    def _screen_for(self, way: tuple[str, ...], variant: tuple[str, ...]) -> Screen:
+    def _screen_for(self, way: tuple[str, ...], variant: tuple[str, ...]) -> PointScreen:
         defines = *way, *variant
         if defines not in self._screens:
             blocks = [TILE, SPACECRAFT, SHADOW]
@@ -131,7 +132,7 @@ class SunlightPass:
             close = drawn.view.shadow.close is not None
             first = ("PLANES",) if close else ()
             search = ("SEARCH", "SLABS") if close else ("SEARCH",)
-            draw_marked(self._ctx, sunlight, points, self._screen_for(first, variant))
+            draw_marked(sunlight, points, self._screen_for(first, variant))
             shares.use(_FIRST["sunlight"])
             self._look_for_the_rest(points, search, variant)
         (results,), (pages,) = self._results.covering((1, 1)), self._pages.covering((1, 1))
@@ -166,8 +167,7 @@ class SunlightPass:
         for way, first, count in zip(ways, (0, rows[0]), rows, strict=True):
             if count:
                 area = (0, first, COLUMNS, count)
-                self.colour_only.apply(self._ctx, results, area, area)
-                self._screen_for(way, variant).draw()
+                self._screen_for(way, variant).draw(self.colour_only, results, area)
         self._pages.written(pages)
 
     def _unknown_points(self, points: ShadingPoints) -> AnyArray:
@@ -175,8 +175,7 @@ class SunlightPass:
         those near casters, as ``listed_points`` takes them."""
         area = (0, 0, ENTRIES, len(points.entries))
         (masks,) = self._masks.covering(area[2:])
-        self.colour_only.apply(self._ctx, masks, area, area)
-        self._unknown.draw()
+        self._unknown.draw(self.colour_only, masks, area)
         wait_for_draws(self._ctx)
         data = masks.read(viewport=area, components=1, alignment=1, dtype="u1")
         return np.frombuffer(data, dtype=np.uint8).reshape(-1, ENTRIES)
@@ -187,8 +186,8 @@ class SunlightPass:
             target.release()
         for buffer in (self._tile, self._spacecraft, self._shadow):
             buffer.release()
-        for screen in (self._unknown, *self._screens.values()):
-            screen.release()
+        for drawn in (self._unknown, *self._screens.values()):
+            drawn.release()
 
 
 def _variant(view: SpacecraftView) -> tuple[str, ...]:

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import moderngl
 
-from simgl.gpu.fullscreen import Screen
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.render_targets import GrowingTarget, textures_of
 from simgl.gpu.uniform_blocks import UniformBuffer
@@ -17,6 +16,7 @@ from simgl.passes.shading_points import (
     BY_MATERIAL,
     GBUFFER,
     POINT_GROUPS,
+    PointScreen,
     ShadingPoints,
     draw_by_material,
     gbuffer_units,
@@ -67,7 +67,7 @@ class SurfacePass:
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
         self._ctx, self._meshes = ctx, meshes
         self._lobes = lobe_texture(ctx)
-        self._lit: dict[tuple[str, ...], Screen] = {}
+        self._lit: dict[tuple[str, ...], PointScreen] = {}
         self._tile = UniformBuffer(ctx, TILE)
         self._spacecraft = UniformBuffer(ctx, SPACECRAFT)
         self._lamps = UniformBuffer(ctx, LAMPS)
@@ -120,7 +120,7 @@ class SurfacePass:
         variant += [] if motion is None else motion.variant
         plain = self._lit_for(tuple(d for d in variant if d not in ("LAYERED", "JOINTED")))
         layered = self._lit_for(tuple(variant)) if "LAYERED" in variant else None
-        draw_by_material(self._ctx, target, points, plain, layered)
+        draw_by_material(target, points, plain, layered)
         return textures_of(target)
 
     def _write(self, tile: RasterTile, drawn: DrawnSpacecraft, lamps: Sequence[LampView]) -> None:
@@ -143,12 +143,12 @@ class SurfacePass:
             drawn.probe.lobes.use(_SKY_UNITS["sky_lobes"])
             drawn.probe.irradiance.use(_SKY_UNITS["sky_irradiance"])
 
-    def _lit_for(self, variant: tuple[str, ...]) -> Screen:
+    def _lit_for(self, variant: tuple[str, ...]) -> PointScreen:
         if variant not in self._lit:
             self._lit[variant] = self._lit_screen(variant)
         return self._lit[variant]
 
-    def _lit_screen(self, variant: tuple[str, ...]) -> Screen:
+    def _lit_screen(self, variant: tuple[str, ...]) -> PointScreen:
         samplers = gbuffer_units("position", "normal_roughness") | _SUNLIGHT_UNITS
         blocks = [SPACECRAFT, MATERIALS]
         for define, units in _MORE_UNITS.items():

@@ -6,7 +6,6 @@ import moderngl
 import numpy as np
 
 from simgl.arrays import Array32
-from simgl.gpu.fullscreen import Screen
 from simgl.gpu.mesh_tables import table
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.render_targets import GrowingTarget, textures_of
@@ -15,6 +14,7 @@ from simgl.passes.drawn_spacecraft import DrawnSpacecraft
 from simgl.passes.mesh_store import VertexLighting
 from simgl.passes.shading_points import (
     OTHERS,
+    PointScreen,
     ShadingPoints,
     draw_marked,
     gbuffer_units,
@@ -38,7 +38,9 @@ class ThermalPass:
         self._ctx = ctx
         channels = gbuffer_units("position", "normal_roughness", "indirect")
         samplers = channels | {"planck": _PLANCK_UNIT}
-        self._screen: Screen = point_shader(ctx, "thermal/thermal", OTHERS, [SPACECRAFT], samplers)
+        self._screen: PointScreen = point_shader(
+            ctx, "thermal/thermal", OTHERS, [SPACECRAFT], samplers
+        )
         self._spacecraft = UniformBuffer(ctx, SPACECRAFT)
         self._target = GrowingTarget(ctx, [[0]])
         self._tables: list[moderngl.Texture] = []
@@ -73,7 +75,7 @@ class ThermalPass:
         for unit, texture in enumerate(points.textures):
             texture.use(unit)
         planck.use(_PLANCK_UNIT)
-        draw_marked(self._ctx, target, points, self._screen)
+        draw_marked(target, points, self._screen)
         return textures_of(target)[0]
 
     def _keep(self, texels: Array32) -> moderngl.Texture:

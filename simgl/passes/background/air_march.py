@@ -97,9 +97,9 @@ class AirMarch:
                 program.draw(values, [part.textures[name] for name in samplers])
             tables.block.bind()
             if summed:
-                self.state.apply(self._ctx, target.framebuffer, area, area)
                 sums.textures[0].use(0)
-                self._root_program(light=wanted.light).draw()
+                root = self._root_program(light=wanted.light)
+                root.draw(self.state, target.framebuffer, area)
         finally:
             if summed:
                 release_all(self._ctx, sums)

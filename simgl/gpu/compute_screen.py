@@ -1,0 +1,73 @@
+"""Full-screen draws by compute shaders, for GPUs that draw with few of their units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import moderngl
+
+from simgl.gpu.compute_glsl import BLENDS, DEPTH_TESTS, DEPTHS_UNIT, WORKGROUP
+from simgl.gpu.pipeline_state import State
+from simgl.gpu.program import load_compute_shader
+from simgl.gpu.release import all_or_nothing
+from simgl.gpu.render_targets import textures_of
+from simgl.gpu.uniform_blocks import Block
+
+
+class ComputeScreen:
+    """``NAME.frag`` run for each pixel, as ``Screen`` draws it."""
+
+    @all_or_nothing
+    def __init__(
+        self,
+        ctx: moderngl.Context,
+        name: str,
+        depth: float,
+        blocks: Sequence[Block],
+        samplers: Mapping[str, int],
+        defines: Mapping[str, float] | None = None,
+        *,
+        spare: Sequence[Block] = (),
+    ) -> None:
+        self._ctx, self._depth = ctx, depth
+        self._program = load_compute_shader(
+            ctx, name, blocks=blocks, spare=spare, samplers=samplers, defines=dict(defines or {})
+        )
+        # What it does not use it does not have.
+        self._parameters = set(self._program)
+        self._given: dict[str, object] = {}
+
+    def draw(
+        self,
+        state: State,
+        target: moderngl.Framebuffer,
+        area: tuple[int, int, int, int],
+        depths: moderngl.Texture | None = None,
+        *,
+        opposite: bool = False,
+    ) -> None:
+        """As ``Screen.draw``; of the state, the depth, the colours and the blending count."""
+        self._give("drawn_area", area)
+        self._give("drawn_depth", 0.5 + 0.5 * (-self._depth if opposite else self._depth))
+        self._give("depth_test", DEPTH_TESTS[state.depth_func] if state.depth else 0)
+        self._give("writes_depth", int(state.depth and not state.keep_depth))
+        self._give("blending", BLENDS[state.blend])
+        if state.write_color:
+            for unit, texture in enumerate(textures_of(target)):
+                texture.bind_to_image(unit)
+        if depths is not None:
+            depths.bind_to_image(DEPTHS_UNIT)
+        columns, rows = (-(-size // WORKGROUP) for size in area[2:])
+        if columns * rows:
+            self._program.run(columns, rows)
+            # Whatever comes next may read it in any way.
+            self._ctx.memory_barrier()
+
+    def _give(self, name: str, value: object) -> None:
+        if name in self._parameters and self._given.get(name) != value:
+            self._program[name] = value
+            self._given[name] = value
+
+    def release(self) -> None:
+        """Free everything."""
+        self._program.release()
