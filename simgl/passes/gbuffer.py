@@ -8,8 +8,8 @@ import moderngl
 import numpy as np
 
 from simgl.arrays import AnyArray, Mask
-from simgl.gpu.context import prefers_compute, wait_for_draws
-from simgl.gpu.fullscreen import screen
+from simgl.gpu.context import wait_for_draws
+from simgl.gpu.fullscreen import Screen, screen
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.render_targets import Format, GrowingTarget, textures_of
@@ -134,7 +134,7 @@ class GBufferPass:
 
     def _depths_of(self, size: tuple[int, int]) -> moderngl.Texture | None:
         """Of the points, for compute shaders."""
-        if not prefers_compute(self._ctx):
+        if isinstance(self._counting, Screen):
             return None
         return textures_of(*self._depths.covering(size))[0]
 
