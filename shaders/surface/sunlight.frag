@@ -4,6 +4,8 @@
 //
 // With PLANES, planes over the casters tell where no caster stands: of most points near casters, where
 // the texels of the map are small. The others follow, one beside the other, with NEIGHBOURS.
+//
+// With IN_PLACE what follows is not listed, but drawn where it lies over what was drawn first.
 #include "block/spacecraft"
 #include "block/shadow"
 #define GROUPED
@@ -15,7 +17,7 @@
 #endif
 
 #if defined(SEARCH) || defined(NEIGHBOURS)
-#define LISTED
+#define SECOND
 #endif
 
 // The whole map, and right of it the close one where there is one.
@@ -29,9 +31,11 @@ uniform sampler2D sun_depths;
 #if defined(SHEETS) && !defined(PLANES)
 uniform sampler2D sun_slopes;
 #endif
-#ifdef LISTED
+#ifdef SECOND
+#ifndef IN_PLACE
 // Columns of the points, and from bit 16 on rows; behind the last all bits are set.
 uniform usampler2D searched_points;
+#endif
 // What was drawn first.
 uniform sampler2D sunlight;
 #else
@@ -101,10 +105,19 @@ float lit_near(SunMap map, Receiver of_group, mat2x3 steps, uint group, float hi
 
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
-#ifdef LISTED
+#ifdef SECOND
+#ifdef IN_PLACE
+    float told_by = texelFetch(sunlight, at, 0).x;
+#ifdef SEARCH
+    if (told_by != SEARCH_TELLS) discard;
+#else
+    if (told_by != NEIGHBOURS_TELL) discard;
+#endif
+#else
     uint point = texelFetch(searched_points, at, 0).r;
     if (point == ~0u) discard;
     at = ivec2(point & 65535u, point >> 16u);
+#endif
 #endif
     vec3 wi = sun_direction.xyz;
     vec3 body = texelFetch(gbuffer_position, at, 0).xyz;
@@ -151,7 +164,7 @@ void main() {
     // So far the cell's samples lie from its middle [texels of the map].
     vec2 spread = cell_reach * (abs(steps[0].xy) + abs(steps[1].xy));
     float sample_reach = max(spread.x, spread.y);
-#ifdef LISTED
+#ifdef SECOND
     float highest = texelFetch(sunlight, at, 0).y;
 #else
     Around around = casters_around(sun_tops, atlas.map, of_group, atlas.reach, sample_reach);
