@@ -107,11 +107,11 @@ void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
 #ifdef SECOND
 #ifdef IN_PLACE
-    float told_by = texelFetch(sunlight, at, 0).x;
+    float known_by = texelFetch(sunlight, at, 0).x;
 #ifdef SEARCH
-    if (told_by != SEARCH_TELLS) discard;
+    if (known_by != SEARCH_TELLS) discard;
 #else
-    if (told_by != NEIGHBOURS_TELL) discard;
+    if (known_by != NEIGHBOURS_TELL) discard;
 #endif
 #else
     uint point = texelFetch(searched_points, at, 0).r;
