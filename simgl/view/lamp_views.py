@@ -144,15 +144,18 @@ def _in_beam(
     widest: float,
 ) -> _Seen | None:
     R, offset = steady_pose(body.pose, R_lamp_from_icrf, lamp.position)
-    hull = body.model.posed_mesh.hull @ R.T + offset
-    front = hull[hull[:, 2] >= near]
-    if len(front) == 0:
+    mesh = body.model.posed_mesh
+    points = hull = mesh.hull @ R.T + offset
+    front = hull[:, 2] >= near
+    if not front.any():
         return None
-    back = hull[hull[:, 2] < near]
-    # Where lines from a corner in front to one behind cross the nearest plane.
-    share = (near - back[:, None, 2]) / (front[None, :, 2] - back[:, None, 2])
-    crossing = back[:, None] + share[..., None] * (front[None, :] - back[:, None])
-    points = np.concatenate([front, crossing.reshape(-1, 3)])
+    cut = not front.all()
+    if cut:
+        # Where edges of the hull cross the nearest plane.
+        edges = mesh.hull_edges[front[mesh.hull_edges].sum(axis=1) == 1]
+        start, end = hull[edges[:, 0]], hull[edges[:, 1]]
+        share = (near - start[:, 2:]) / (end[:, 2:] - start[:, 2:])
+        points = np.concatenate([hull[front], start + share * (end - start)])
     tangents = points[:, :2] / points[:, 2:]
     low = np.maximum(tangents.min(axis=0), -widest)
     high = np.minimum(tangents.max(axis=0), widest)
@@ -167,7 +170,7 @@ def _in_beam(
         high=high,
         nearest=float(points[:, 2].min()),
         far=far,
-        cut=len(back) > 0,
+        cut=cut,
     )
 
 
