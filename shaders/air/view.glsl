@@ -28,7 +28,7 @@ float limb_of_row(float x) {
 #endif
 }
 
-const float GROUND_ROWS = 64.0, LIMB_ROWS = 128.0, SKY_ROWS = 64.0;
+const float GROUND_ROWS = 64.0, LIMB_ROWS = 160.0, SKY_ROWS = 64.0;
 
 // Part of the rows for a direction with the cosine `mu` >= 0 from the vertical and `sine`: the root of
 // the half angle's sine, which is even in angle at the vertical and crowds rows at the horizon.

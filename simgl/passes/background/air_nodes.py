@@ -25,7 +25,7 @@ from simgl.physics.air_profile import AIR_TOP
 from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS
 
 # As in shaders/air/view.glsl; of the half circle of azimuths.
-_GROUND_ROWS, _LIMB_ROWS, _SKY_ROWS = 64, 128, 64
+_GROUND_ROWS, _LIMB_ROWS, _SKY_ROWS = 64, 160, 64
 _ROWS = _GROUND_ROWS + _LIMB_ROWS + _SKY_ROWS
 # The steps of a view: of its height, relative, and between the Sun's nodes [rad]: 400 m at 400 km,
 # and 3.6 s on the way round. At the terminator light falls by e in 1.5 degrees, low in the limb's
