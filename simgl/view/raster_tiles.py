@@ -86,6 +86,7 @@ class RasterTile:
     spacecraft : as they are drawn
     window : of spacecraft too small for a raster of all the pixels; these have no edges
     core : x0, y0, x1, y1 of what is averaged from it: a distorting lens's pixels by their middles
+    shown : the boxes of the image that its spacecraft may be seen in, where there are cuts
     cuts : boxes of it, and the sample grid that each is drawn on; () where all of it is on its own
     cores : where not all of the core is averaged from it, the parts that are
     """
@@ -104,6 +105,7 @@ class RasterTile:
     spacecraft: tuple[SpacecraftView, ...]
     window: RasterWindow | None = None
     core: tuple[float, ...] = (*_BEYOND[:1] * 2, *_BEYOND[1:] * 2)
+    shown: tuple[Box, ...] = ()
     cuts: tuple[tuple[Box, SampleGrid], ...] = ()
     cores: tuple[tuple[float, ...], ...] = ()
 
@@ -335,7 +337,8 @@ def raster_tiles(
         slices = _depth_slices(group.hull[:, 2])
         tile = tile_of(group.box, together, slices, camera, sample_grid)
         limbs = [one.limb for one in group.targets]
-        tiles.append(replace(tile, cuts=limb_boxes(group.box, sample_grid, limbs, sample_budget)))
+        cuts = limb_boxes(group.box, sample_grid, limbs, sample_budget)
+        tiles.append(replace(tile, cuts=cuts, shown=tuple(one.box for one in group.targets)))
     if rows is not None:
         core = _BEYOND[0], float(rows[0]), _BEYOND[1], float(rows[1])
         tiles = [replace(tile, core=core) for tile in tiles]

@@ -36,6 +36,16 @@ def _within(a: Box, b: Box) -> Box:
     return max(a[0], b[0]), max(a[1], b[1]), min(a[2], b[2]), min(a[3], b[3])
 
 
+def _overlap(a: Box, b: Box) -> bool:
+    x0, y0, x1, y1 = _within(a, b)
+    return x0 < x1 and y0 < y1
+
+
+def _grown(box: Box) -> Box:
+    """By a pixel: a sample grid is turned against the pixels."""
+    return box[0] - 1, box[1] - 1, box[2] + 1, box[3] + 1
+
+
 def _cut(box: Box, sample_grid: SampleGrid, max_samples: int) -> list[Box]:
     """A box cut into halves, quarters and so on of no more samples than that each."""
     x0, y0, x1, y1 = box
@@ -57,7 +67,13 @@ def _part(
     x1, y1 = x0 + tile.width, y0 + tile.height
     a, b, c, d = core
     box = max(a - margin, x0), max(b - margin, y0), min(c + margin, x1), min(d + margin, y1)
-    part = tile_of(box, tile.spacecraft, tile.depths, camera, sample_grid)
+    seen = _grown(box)
+    spacecraft = tuple(
+        view
+        for view, shown in zip(tile.spacecraft, tile.shown, strict=True)
+        if _overlap(shown, seen)
+    )
+    part = tile_of(box, spacecraft or tile.spacecraft, tile.depths, camera, sample_grid)
     return replace(part, core=_core(tile, core))
 
 
