@@ -8,6 +8,7 @@
 // SEPARATE: the covered share goes into a texture of its own.
 // SOFT: between a pixel and its neighbours samples belong to both, by a ramp: a pixel is a square
 // convolved with a square of the ramp's width, which each band has of its own.
+// BY_SAMPLES: then each sample near an edge has its own share in a pixel, else a cell has.
 #include "block/resolve"
 #define GROUPED
 #include "gbuffer/cells.glsl"
@@ -187,6 +188,32 @@ void main() {
 #endif
 }
 #else
+#if defined(SOFT) && !defined(DISTORTED)
+// A cell as a whole: light, the covered share and all of it, by its share in a pixel. Of one that does
+// not look the same all over the covered share is negative if its samples have to be weighted.
+Sum soft_sum(ivec2 cell, vec4 all_of_it) {
+    bool inside = all(greaterThanEqual(cell, ivec2(0))) && all(lessThan(cell, cells));
+    cell = clamp(cell, ivec2(0), cells - 1);
+    uvec4 groups = texelFetch(cell_groups, cell, 0);
+    uint first_page = texelFetch(block_pages, cell / BLOCK, 0).r;
+    uint in_first = samples_of(groups.x);
+    bool lit = inside && in_first > 0u, mixed = lit && in_first < groups.x >> TEXELS;
+    vec4 light = point(first_page, cell, 0);
+    Sum sum = Sum(lit ? all_of_it * light : vec4(0.0), lit ? all_of_it : vec4(0.0), all_of_it);
+    if (mixed) sum.covered = vec4(-1.0);
+#ifndef BY_SAMPLES
+    if (mixed) {
+        Sum samples = cell_sum(cell);
+        vec4 each = all_of_it / samples.count;
+        vec4 covered = samples.covered.x < samples.count.x ? each * samples.covered : all_of_it;
+        sum = Sum(each * samples.light, covered, all_of_it);
+    }
+#endif
+    return sum;
+}
+#endif
+
+#ifdef DISTORTED
 // Which of four groups hold a sample; the place of that among them.
 int place_in(uvec4 groups, uint bit, out bool held) {
     bvec4 holds = notEqual(groups & bit, uvec4(0u));
@@ -213,42 +240,6 @@ Sum sample_sum(ivec2 texel) {
     return Sum(held ? light : vec4(0.0), Share(held ? 1.0 : 0.0), Share(1.0));
 }
 
-#ifdef SOFT
-// Whether a sample lies where the tile's samples are known.
-bool is_known(ivec2 texel) {
-#ifdef DISTORTED
-    return true;
-#else
-    vec2 seen = floor(vec2(cell_of(texel)) / float(cells_per_pixel)) + tile_origin;
-    return all(greaterThanEqual(seen, core.xy)) && all(lessThan(seen, core.zw));
-#endif
-}
-#endif
-
-#if defined(SOFT) && !defined(DISTORTED)
-// A cell as a whole: light, the covered share and all of it, by its share in a pixel. Of one that does
-// not look the same all over the covered share is negative if its samples have to be weighted.
-Sum soft_sum(ivec2 cell, vec4 all_of_it) {
-    bool inside = all(greaterThanEqual(cell, ivec2(0))) && all(lessThan(cell, cells));
-    cell = clamp(cell, ivec2(0), cells - 1);
-    uvec4 groups = texelFetch(cell_groups, cell, 0);
-    uint first_page = texelFetch(block_pages, cell / BLOCK, 0).r;
-    uint in_first = samples_of(groups.x);
-    bool lit = inside && in_first > 0u, mixed = lit && in_first < groups.x >> TEXELS;
-    vec4 light = point(first_page, cell, 0);
-    Sum sum = Sum(lit ? all_of_it * light : vec4(0.0), lit ? all_of_it : vec4(0.0), all_of_it);
-    if (mixed) sum.covered = vec4(-1.0);
-    if (mixed && by_samples == 0) {
-        Sum samples = cell_sum(cell);
-        vec4 each = all_of_it / samples.count;
-        vec4 covered = samples.covered.x < samples.count.x ? each * samples.covered : all_of_it;
-        sum = Sum(each * samples.light, covered, all_of_it);
-    }
-    return sum;
-}
-#endif
-
-#if defined(SOFT) || defined(DISTORTED)
 // Sums over the samples of a pixel one by one; of a softened one by their shares in it.
 //
 // middle, to_raster : of the pixel in the raster, and what a pixel right and down is there
@@ -270,7 +261,7 @@ Sum sum_of_samples(vec2 middle, mat2 to_raster) {
             vec2 off = to_pixel * (vec2(texel) + 0.5 - middle);
 #ifdef SOFT
             vec4 part = share_at(off);
-            if (all(lessThanEqual(part, vec4(0.0))) || !is_known(texel)) continue;
+            if (all(lessThanEqual(part, vec4(0.0)))) continue;
             Sum one = sample_sum(texel);
             add(row, Sum(part * one.light, part * one.covered, part * one.count));
 #else
@@ -280,6 +271,83 @@ Sum sum_of_samples(vec2 middle, mat2 to_raster) {
         }
         add(sum, row);
     }
+    return sum;
+}
+#endif
+
+#ifdef BY_SAMPLES
+// Adds the samples of a group by their shares in a pixel.
+//
+// corner : of the cell's window in the raster, from the pixel's middle
+void add_samples(inout Sum sum, uint group, vec4 light, vec2 corner, mat2 to_pixel) {
+    vec4 part = vec4(0.0);
+    uint left = group;
+    do part += share_at(to_pixel * (corner + vec2(next_texel(left)) + 0.5)); while (left != 0u);
+    bool some = group != 0u && any(greaterThan(part, vec4(0.0)));
+    sum.light += some ? part * light : vec4(0.0);
+    sum.covered += some ? part : vec4(0.0);
+}
+
+// The same of four layers of a cell, from one on.
+void add_groups(inout Sum sum, ivec2 cell, int layer, uvec4 groups, vec2 middle, mat2 to_pixel) {
+    uint first_page = texelFetch(block_pages, cell / BLOCK, 0).r;
+    vec2 corner = vec2(first_texel(cell)) - middle;
+    groups &= (1u << uint(TEXELS)) - 1u;
+    add_samples(sum, groups.x, point(first_page, cell, layer), corner, to_pixel);
+    add_samples(sum, groups.y, point(first_page, cell, layer + 1), corner, to_pixel);
+    add_samples(sum, groups.z, point(first_page, cell, layer + 2), corner, to_pixel);
+    add_samples(sum, groups.w, point(first_page, cell, layer + 3), corner, to_pixel);
+}
+
+// Whether a cell lies where the tile's samples are known.
+bool is_known(ivec2 cell) {
+    vec2 seen = floor(vec2(cell) / float(cells_per_pixel)) + tile_origin;
+    return all(greaterThanEqual(seen, core.xy)) && all(lessThan(seen, core.zw));
+}
+
+// What some cells give a pixel, by their samples' shares in it, of four layers from one on. Returns
+// whether a cell has more.
+//
+// cell : the pixel's first one; first, end : of the cells from there, along both axes
+bool add_cells(inout Sum sum, ivec2 cell, int first, int end, int layer, vec2 middle, mat2 to_pixel) {
+    bool more = false;
+    for (int j = first; j < end; ++j) {
+        Sum row = NOTHING;
+        for (int i = first; i < end; ++i) {
+            ivec2 at = cell + ivec2(i, j), inside = clamp(at, ivec2(0), cells - 1);
+            uvec4 groups = at == inside && is_known(at) ? groups_from(inside, layer) : uvec4(0u);
+            add_groups(row, inside, layer, groups, middle, to_pixel);
+            more = more || samples_of(groups.w) > 0u;
+        }
+        add(sum, row);
+    }
+    return more;
+}
+
+// Sums over the samples of some cells by their shares in a pixel.
+Sum sum_of_samples(ivec2 pixel, ivec2 cell, int first, int end) {
+    mat2 to_raster = mat2(raster_from_pixel.xy, raster_from_pixel.zw), to_pixel = inverse(to_raster);
+    vec2 middle = to_raster * (vec2(pixel) + 0.5 - tile_origin) + raster_origin;
+    Sum sum = NOTHING;
+    bool more = add_cells(sum, cell, first, end, 0, middle, to_pixel);
+    // Few cells have more than four groups.
+    for (int layer = 4; layer < LAYERS && more; layer += 4)
+        more = add_cells(sum, cell, first, end, layer, middle, to_pixel);
+    // Of all samples, also of those that see nothing. The middle of a texel that is counted lies within
+    // half the extent of a place in the first one.
+    float extent = (1.0 + widest_ramp) * max(abs(to_raster[0].x) + abs(to_raster[1].x),
+                                             abs(to_raster[0].y) + abs(to_raster[1].y));
+    int reach = int(0.5 * extent + 0.501);
+    ivec2 centre = ivec2(floor(middle));
+    for (int j = -reach; j <= reach; ++j)
+        for (int i = -reach; i <= reach; ++i) {
+            ivec2 texel = centre + ivec2(i, j);
+            vec4 part = share_at(to_pixel * (vec2(texel) + 0.5 - middle));
+            sum.count += is_known(cell_of(texel)) ? part : vec4(0.0);
+        }
+    // Where all is covered both are sums of the same shares, in another order.
+    bvec4 full = greaterThan(sum.covered, (1.0 - 4e-6) * sum.count);
+    sum.covered = mix(sum.covered, sum.count, full);
     return sum;
 }
 #endif
@@ -318,11 +386,10 @@ void main() {
         }
         add(sum, row);
     }
-    if ((mixed || lit && bare) && by_samples == 1) {
-        mat2 to_raster = mat2(raster_from_pixel.xy, raster_from_pixel.zw);
-        vec2 middle = to_raster * (vec2(pixel) + 0.5 - tile_origin) + raster_origin;
-        sum = sum_of_samples(middle, to_raster);
-    }
+#ifdef BY_SAMPLES
+    if (mixed || lit && bare)
+        sum = sum_of_samples(pixel, cells_per_pixel * (pixel - ivec2(tile_origin)), first, end);
+#endif
 #else
     ivec2 corner = cells_per_pixel * (pixel - ivec2(tile_origin));
     int j = 0;

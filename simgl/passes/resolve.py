@@ -39,9 +39,7 @@ _RESOLVE = Block(
             ("window_samples", "f4"),
             # Width of the widest ramp between pixels [px].
             ("widest_ramp", "f4"),
-            # 1 where each sample near an edge has its own share in a softened pixel; 0 where a cell
-            # has.
-            ("by_samples", "i4"),
+            ("resolve_padding", "f4"),
             # x0, y0, x1, y1 of the image's pixels that are averaged from this tile; of a softened
             # one, whose samples are known.
             ("core", "f4", 4),
@@ -115,6 +113,8 @@ class ResolvePass:
             defines.append("SEPARATE")
         if ramps != SHARP:
             defines.append("SOFT")
+            if _is_by_samples(tile) and tile.window is None and lens is None:
+                defines.append("BY_SAMPLES")
         if lens is not None:
             textures["places"] = lens.places
             defines.append("DISTORTED")
@@ -227,6 +227,11 @@ def _cell_shares(ramps: Array, cells: int) -> Array:
     return np.diff(below, axis=0)
 
 
+def _is_by_samples(tile: RasterTile) -> bool:
+    """Whether the samples of cells on edges are weighted one by one."""
+    return tile.sample_grid.cells_per_edge <= _FEW_CELLS
+
+
 def _values(tile: RasterTile, ramps: Ramps, *, by_cells: bool) -> dict[str, object]:
     turn, window = tile.sample_grid.turn, tile.window
     back, origin, samples = np.linalg.inv(turn), np.zeros(2), 0.0
@@ -235,9 +240,8 @@ def _values(tile: RasterTile, ramps: Ramps, *, by_cells: bool) -> dict[str, obje
         origin = window.image_from_raster[:, 2] - (tile.x, tile.y)
         samples = window.samples_per_pixel
     cells = tile.sample_grid.cells_per_edge
-    by_samples = cells <= _FEW_CELLS
     widths = np.array(ramps)
-    if by_cells and not by_samples:
+    if by_cells and not _is_by_samples(tile):
         # Light and shares are means over a cell then, which widens a pixel by two squares of its
         # width: these are part of the ramp, whose variance goes with its square.
         widths = np.sqrt(np.maximum(widths**2 - 2.0 / cells**2, _NARROWEST**2))
@@ -250,7 +254,6 @@ def _values(tile: RasterTile, ramps: Ramps, *, by_cells: bool) -> dict[str, obje
         "cells_per_pixel": tile.sample_grid.cells_per_edge,
         "window_samples": samples,
         "widest_ramp": float(widths.max()),
-        "by_samples": int(by_samples),
         "ramps": widths,
         "cell_shares": _cell_shares(widths, cells),
     }

@@ -16,6 +16,18 @@ from tests.scenes import lambert, scene
 FOCAL, PITCH, AWAY = 16e-3, 3.75e-6, 100.0
 METRE = AWAY * PITCH / FOCAL
 
+STANDING = {
+    "preset": "ideal",
+    "width_px": 64,
+    "height_px": 64,
+    "pixel_pitch_um": 1e6 * PITCH,
+    "focal_length_mm": 1e3 * FOCAL,
+    "exposure_time_s": 1e-3,
+    "position_icrf_m": [0.0, 0.0, AWAY],
+    "boresight": [0.0, 0.0, -1.0],
+    "up": [0.0, 1.0, 0.0],
+}
+
 
 def plate_scene(width_px: float, samples: int | None, camera: dict[str, Any]) -> Scenario:
     """A tilted plate before black space."""
@@ -25,19 +37,8 @@ def plate_scene(width_px: float, samples: int | None, camera: dict[str, Any]) ->
         "position_icrf_m": [0.13 * METRE, 0.29 * METRE, 0.0],
         "quaternion_icrf_from_body_xyzw": [0.0, 0.0, np.sin(0.2), np.cos(0.2)],
     }
-    standing = {
-        "preset": "ideal",
-        "width_px": 64,
-        "height_px": 64,
-        "pixel_pitch_um": 1e6 * PITCH,
-        "focal_length_mm": 1e3 * FOCAL,
-        "exposure_time_s": 1e-3,
-        "position_icrf_m": [0.0, 0.0, AWAY],
-        "boresight": [0.0, 0.0, -1.0],
-        "up": [0.0, 1.0, 0.0],
-    }
     render = {} if samples is None else {"samples_per_pixel": samples}
-    return scene({"plate": plate}, {**standing, **camera}, render=render)
+    return scene({"plate": plate}, {**STANDING, **camera}, render=render)
 
 
 def plate_image(
@@ -102,3 +103,18 @@ def test_radiance_stays_sharp_when_electrons_are_softened(gl: moderngl.Context) 
         capture = simulator.capture(state, "cam", {Product.ELECTRONS, Product.RADIANCE})
     assert capture.radiance is not None
     np.testing.assert_array_equal(capture.radiance.radiance[..., 0], sharp)
+
+
+def test_no_sun_shines_through_the_edges_between_faces(gl: moderngl.Context) -> None:
+    """Its disc behind a box is 50,000 times as bright as white paint: a last digit would show."""
+    box = {
+        "model": {"box": {"size_m": [90 * METRE] * 3, "material": lambert(0.5)}},
+        "position_icrf_m": [0.0, 0.0, 0.0],
+        "quaternion_icrf_from_body_xyzw": [0.2, 0.3, 0.1, 0.927361849549570],
+    }
+    render = {"samples_per_pixel": 5}
+    scenario = scene({"box": box}, STANDING, sun_direction=(0.0, 0.0, -1.0), render=render)
+    with Simulator(scenario, gl) as simulator:
+        still = simulator._still(scenario.at(scenario.epoch_tai_ns), "cam")
+        image = still._with_ramps((0.75,) * 4).read()
+    assert image.max() == 0.0
