@@ -221,7 +221,7 @@ class PrecomputedResponse:
         return np.asarray(cells.gather[asked].T @ reflected)
 
     @cached_property
-    def _more_of_nodes(self) -> sparse.csr_matrix:
+    def _more_of_nodes(self) -> sparse.csc_matrix:
         grids = self._transport.grids
         assert grids is not None
         return more_of_nodes(self._transport, grids)

@@ -97,7 +97,7 @@ def reflectors(transport: LightTransport, materials: Sequence[Material]) -> Refl
     )
 
 
-def _contraction(form_factors: sparse.csr_matrix, albedo: Array) -> float:
+def _contraction(form_factors: sparse.csc_matrix, albedo: Array) -> float:
     """Upper bound of the spectral radius of one bounce, in its most reflecting band.
 
     For a matrix without negative entries and any positive x it is at most the largest of
