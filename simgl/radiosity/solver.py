@@ -17,6 +17,8 @@ from simgl.scene.materials import Material
 RESIDUAL = 3e-3
 # Only a closed body of perfect reflectance needs more: there the sum of bounces has no end.
 _MAX_STEPS = 200
+# Bounces after which it is known how fast light dies out.
+_POWER = 20
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -93,23 +95,25 @@ def reflectors(transport: LightTransport, materials: Sequence[Material]) -> Refl
     return Reflectors(
         albedo=albedo,
         exitance=exitance,
-        contraction=_contraction(transport.form_factors, albedo.astype(np.float64)),
+        contraction=_contraction(transport.form_factors, albedo),
     )
 
 
-def _contraction(form_factors: sparse.csc_matrix, albedo: Array) -> float:
+def _contraction(form_factors: sparse.csc_matrix, albedo: Array32) -> float:
     """Upper bound of the spectral radius of one bounce, in its most reflecting band.
 
-    For a matrix without negative entries and any positive x it is at most the largest of
-    (M x)_i / x_i (Collatz & Wielandt); x close to the main eigenvector makes the bound tight.
+    For a matrix M without negative entries it is at most the largest of (M x)_i / x_i for any
+    positive x, where x close to the main eigenvector makes the bound tight (Collatz & Wielandt);
+    and at most the k-th root of the largest of M^k 1 (Gelfand), tighter where light dies out fast.
     """
-    x = np.ones(albedo.shape)
+    x = light = np.ones_like(albedo)
     bound = np.inf
-    for _ in range(20):
+    for _ in range(_POWER):
         y = form_factors @ (albedo * x)
         bound = min(bound, float((y / x).max()))
-        x = y / y.max() + 1e-3 if y.max() > 0.0 else x
-    return min(bound, 1.0 - 1e-6)
+        x = y / y.max() + np.float32(1e-3) if y.max() > 0.0 else x
+        light = form_factors @ (albedo * light)
+    return min(bound, float(light.max()) ** (1.0 / _POWER), 1.0 - 1e-6)
 
 
 def radiosity(transport: LightTransport, surface: Reflectors, emitted: Array32) -> Array32:
@@ -117,35 +121,51 @@ def radiosity(transport: LightTransport, surface: Reflectors, emitted: Array32) 
 
     emitted : exitance before any bounce, of one light or of n separate ones; a light gets the same
         bits among others as by itself
+    """
+    return np.maximum(signed_radiosity(transport, surface, emitted), 0.0)
+
+
+def signed_radiosity(transport: LightTransport, surface: Reflectors, emitted: Array32) -> Array32:
+    """The same of light some of which is taken away: of exitance of either sign.
 
     x = M x + c with Chebyshev's acceleration (Golub & Varga 1961): after k steps the error is below
     2 r^k of the first, r = mu / (1 + sqrt(1 - mu^2)) for a spectrum in -mu .. mu. The first guess
     lets the second bounce stand for all later ones, each less by the same ratio.
     """
-    factors, count = transport.form_factors, len(emitted)
-    albedo = surface.albedo if emitted.ndim == 2 else surface.albedo[:, :, None]
+    lights = emitted.reshape(len(emitted), -1)
+    # As wide as the lights: numpy takes longer over rows of a few than over all at once.
+    albedo = np.repeat(surface.albedo, lights.shape[1] // 4, axis=1)
 
     def bounced(light: Array32) -> Array32:
-        return albedo * (factors @ light.reshape(count, -1)).reshape(emitted.shape)
+        arrived: Array32 = transport.form_factors @ light
+        return np.multiply(arrived, albedo, out=arrived)
 
     mu = surface.contraction
     rate = mu / (1.0 + np.sqrt(1.0 - mu * mu))
-    once = bounced(emitted)
+    once = bounced(lights)
     if rate <= 0.0 or not np.any(once):
-        return emitted + once
+        return emitted + once.reshape(emitted.shape)
     twice = bounced(once)
-    ratio = (once * twice).sum(axis=0) / np.maximum((once * once).sum(axis=0), np.float32(1e-30))
-    older = emitted + once + twice / (1.0 - np.clip(ratio, 0.0, np.float32(mu)))
-    newer, omega = older, 1.0
-    steps = min(int(np.ceil(np.log(0.5 * RESIDUAL) / np.log(rate))) - 2, _MAX_STEPS)
-    for step in range(steps):
-        next_ = bounced(newer) + emitted
-        if step == 0:
-            older, newer = newer, next_
-            continue
-        omega = 1.0 / (1.0 - 0.5 * mu * mu) if step == 1 else 1.0 / (1.0 - 0.25 * mu * mu * omega)
-        older, newer = newer, (omega * (next_ - older) + older).astype(np.float32)
-    return np.maximum(newer, 0.0)
+    ratio = _product(once, twice) / np.maximum(_product(once, once), np.float32(1e-30))
+    older = lights + once
+    older += twice / (1.0 - np.clip(ratio, 0.0, np.float32(mu)))
+    newer = bounced(older)
+    newer += lights
+    omega = 1.0
+    for step in range(1, min(int(np.ceil(np.log(0.5 * RESIDUAL) / np.log(rate))) - 2, _MAX_STEPS)):
+        omega = 1.0 / (1.0 - (0.5 if step == 1 else 0.25 * omega) * mu * mu)
+        next_ = bounced(newer)
+        next_ += lights
+        next_ -= older
+        next_ *= np.float32(omega)
+        next_ += older
+        older, newer = newer, next_
+    return newer.reshape(emitted.shape)
+
+
+def _product(a: Array32, b: Array32) -> Array32:
+    """(k,) scalar products of the columns (p, k)."""
+    return np.einsum("pk,pk->k", a, b)
 
 
 def lit_samples(transport: LightTransport, direction: Array) -> tuple[Mask, Mask]:
