@@ -125,6 +125,25 @@ class LightGrids:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class FewPoints:
+    """Sample points of all patches, coordinate by coordinate: numpy works along rows of thousands.
+
+    patch : (n,) of each
+    places, normals : (3, n) [m]
+    plane : (n,) of the plane at each, along its normal from the origin [m]
+    open : (n,) whether it is outside all other parts
+    count : (p,) of those on each patch, 1 at least
+    """
+
+    patch: IndexArray
+    places: Array32
+    normals: Array32
+    plane: Array32
+    open: Mask
+    count: IndexArray
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class LightTransport:
     """How light goes between the surfaces of one body; nothing of it depends on the light.
 
@@ -201,13 +220,20 @@ class LightTransport:
         return 0.5 * (low + high), 0.5 * np.linalg.norm(high - low, axis=1) + np.float32(1e-3)
 
     @cached_property
-    def few_points(self) -> tuple[Array32, Array32, Mask]:
-        """(p, n / 2, 3), the same and (p, n / 2): every other sample point, normal there, and
-        whether it is outside all other parts; enough for the light of lamps."""
-        return (
-            np.ascontiguousarray(self.points[:, ::2]),
-            np.ascontiguousarray(self.normals[:, ::2]),
-            np.ascontiguousarray(self.point_open[:, ::2]),
+    def few_points(self) -> FewPoints:
+        """Every other sample point: enough for the light of lamps."""
+        places, normals = (
+            np.ascontiguousarray(vectors[:, ::2].reshape(-1, 3).T)
+            for vectors in (self.points, self.normals)
+        )
+        seen = self.point_open[:, ::2]
+        return FewPoints(
+            patch=np.repeat(np.arange(len(seen)), seen.shape[1]),
+            places=places,
+            normals=normals,
+            plane=np.einsum("in,in->n", normals, places),
+            open=seen.ravel(),
+            count=np.maximum(seen.sum(axis=1), 1),
         )
 
     @cached_property

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from simgl.arrays import Array, Array32, IndexArray, Mask
+from simgl.arrays import Array, Array32, Mask
 from simgl.radiosity.light_transport import GatherMatrix, LightTransport
 from simgl.rays import AnyRayTracer
 from simgl.scene.materials import Material
@@ -243,47 +243,34 @@ def lamp_irradiance(
     transport: LightTransport, lamp: SpotLight, blockers: Sequence[Blocker] = ()
 ) -> Array32:
     """(p, 4) mean irradiance of each patch by a lamp [W m-2]."""
-    mean = np.zeros(len(transport.areas))
-    patches = _patches_in_beam(transport, lamp)
-    all_points, all_normals, all_open = transport.few_points
-    points = np.take(all_points, patches, axis=0).reshape(-1, 3)
-    normals = np.take(all_normals, patches, axis=0).reshape(-1, 3)
-    valid = np.take(all_open, patches, axis=0)
-    offset = lamp.place - points
-    along = np.einsum("ni,ni->n", normals, offset)
-    # Most face away; the others one beside the other.
-    lit = np.flatnonzero((along > 0.0) & valid.ravel())
-    points, offset = np.take(points, lit, axis=0), np.take(offset, lit, axis=0)
-    distance = np.sqrt(np.einsum("ni,ni->n", offset, offset))
-    off_axis = np.arccos(np.clip(-(offset @ lamp.axis) / distance, -1.0, 1.0))
+    points = transport.few_points
+    place, axis = lamp.place.astype(np.float32), lamp.axis.astype(np.float32)
+    # How far the lamp is above each point's plane. Most are turned away from it.
+    height = np.einsum("in,i->n", points.normals, place) - points.plane
+    facing = np.flatnonzero((height > 0.0) & points.open)
+    offset = place[:, None] - np.take(points.places, facing, axis=1)
+    distance = np.sqrt(np.einsum("in,in->n", offset, offset))
+    off_axis = np.arccos(np.clip(np.einsum("in,i->n", offset, -axis) / distance, -1.0, 1.0))
     beyond = np.clip((off_axis - lamp.half_angle) / lamp.edge, 0.0, 1.0)
-    power = along[lit] / distance * (1.0 - beyond * beyond * (3.0 - 2.0 * beyond)) / distance**2
+    power = 1.0 - beyond * beyond * (3.0 - 2.0 * beyond)
+    power *= height[facing] / (distance * distance * distance)
     seen = np.flatnonzero(power > 0.0)
-    rays = np.take(points, seen, axis=0), np.take(offset, seen, axis=0), distance[seen]
-    blocked = _blocked_before(transport, lamp, *rays, blockers)
+    starts, rays = (
+        np.ascontiguousarray(np.take(vectors, chosen, axis=1).T)
+        for vectors, chosen in ((points.places, facing[seen]), (offset, seen))
+    )
+    blocked = _blocked_before(transport, lamp, starts, rays, distance[seen], blockers)
     power[seen[blocked]] = 0.0
-    total = np.bincount(lit // valid.shape[1], power, minlength=len(patches))
-    mean[patches] = total / np.maximum(valid.sum(axis=1), 1)
-    return (mean[:, None] * lamp.intensity).astype(np.float32)
-
-
-def _patches_in_beam(transport: LightTransport, lamp: SpotLight) -> IndexArray:
-    """Patches of which a part may lie in the beam, by their bounding spheres."""
-    centres, radii = transport.patch_spheres
-    offset = centres - lamp.place
-    distance = np.maximum(np.linalg.norm(offset, axis=1), 1e-9)
-    off_axis = np.arccos(np.clip(offset @ lamp.axis / distance, -1.0, 1.0))
-    spanned = np.arcsin(np.minimum(radii / distance, 1.0))
-    around = radii >= distance
-    return np.flatnonzero(around | (off_axis - spanned < lamp.half_angle + lamp.edge))
+    total = np.bincount(points.patch[facing], power, minlength=len(transport.areas))
+    return np.outer((total / points.count).astype(np.float32), lamp.intensity.astype(np.float32))
 
 
 def _blocked_before(
     transport: LightTransport,
     lamp: SpotLight,
     points: Array32,
-    offsets: Array,
-    distances: Array,
+    offsets: Array32,
+    distances: Array32,
     blockers: Sequence[Blocker],
 ) -> Mask:
     """Whether anything lies between points in a beam and its lamp, at the ends of offsets."""
@@ -294,10 +281,11 @@ def _blocked_before(
     for blocker in blockers:
         if not _reaches_into(blocker, lamp):
             continue
-        matrix = blocker.other_from_body
+        turn = blocker.other_from_body[:3, :3].astype(np.float32)
+        shift = blocker.other_from_body[:3, 3].astype(np.float32)
         rest = np.flatnonzero(~blocked)
-        origins = np.take(points, rest, axis=0) @ matrix[:3, :3].T + matrix[:3, 3]
-        rays = np.take(offsets, rest, axis=0) @ matrix[:3, :3].T
+        origins = np.take(points, rest, axis=0) @ turn.T + shift
+        rays = np.take(offsets, rest, axis=0) @ turn.T
         blocked[rest] = blocker.tracer.occluded(origins, rays, ends[rest])
     return blocked
 
