@@ -165,9 +165,24 @@ def turned(sky: SkyRadiance, R_sky_from_body: Array) -> SkyRadiance:
 
     R_sky_from_body : (3, 3) to the axes of the sky
     """
-    n = PYRAMID[0]
-    directions = cube_directions(n) @ R_sky_from_body.T
-    return SkyRadiance(radiance=cell_radiance(sky, n)[cube_cell(directions, n)])
+    return _TurnedSky(sky, R_sky_from_body)
+
+
+class _TurnedSky(SkyRadiance):
+    """Turned by whichever thread first asks for its radiance: the one that draws never does."""
+
+    _sky: SkyRadiance
+    _R_sky_from_body: Array
+
+    def __init__(self, sky: SkyRadiance, R_sky_from_body: Array) -> None:
+        object.__setattr__(self, "_sky", sky)
+        object.__setattr__(self, "_R_sky_from_body", R_sky_from_body)
+
+    @cached_property
+    def radiance(self) -> Array32:
+        n = PYRAMID[0]
+        directions = cube_directions(n) @ self._R_sky_from_body.T
+        return np.take(cell_radiance(self._sky, n), cube_cell(directions, n), axis=0)
 
 
 def cell_radiance(sky: SkyRadiance, cells: int = 4) -> Array32:
