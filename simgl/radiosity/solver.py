@@ -18,7 +18,9 @@ RESIDUAL = 3e-3
 # Only a closed body of perfect reflectance needs more: there the sum of bounces has no end.
 _MAX_STEPS = 200
 # Bounces after which it is known how fast light dies out.
-_POWER = 20
+_POWER = 10
+# Three products with the form factors suffice then.
+_MIN_CONTRACTION = 1e-3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -106,14 +108,17 @@ def _contraction(form_factors: sparse.csc_matrix, albedo: Array32) -> float:
     positive x, where x close to the main eigenvector makes the bound tight (Collatz & Wielandt);
     and at most the k-th root of the largest of M^k 1 (Gelfand), tighter where light dies out fast.
     """
-    x = light = np.ones_like(albedo)
+    x = np.ones_like(albedo)
     bound = np.inf
-    for _ in range(_POWER):
+    for _ in range(20):
         y = form_factors @ (albedo * x)
         bound = min(bound, float((y / x).max()))
         x = y / y.max() + np.float32(1e-3) if y.max() > 0.0 else x
+    light = np.ones_like(albedo)
+    for _ in range(_POWER):
         light = form_factors @ (albedo * light)
-    return min(bound, float(light.max()) ** (1.0 / _POWER), 1.0 - 1e-6)
+    bound = min(bound, float(light.max()) ** (1.0 / _POWER))
+    return min(max(bound, _MIN_CONTRACTION), 1.0 - 1e-6)
 
 
 def radiosity(transport: LightTransport, surface: Reflectors, emitted: Array32) -> Array32:
@@ -143,8 +148,8 @@ def signed_radiosity(transport: LightTransport, surface: Reflectors, emitted: Ar
     mu = surface.contraction
     rate = mu / (1.0 + np.sqrt(1.0 - mu * mu))
     once = bounced(lights)
-    if rate <= 0.0 or not np.any(once):
-        return emitted + once.reshape(emitted.shape)
+    if not np.any(once):
+        return emitted
     twice = bounced(once)
     ratio = _product(once, twice) / np.maximum(_product(once, once), np.float32(1e-30))
     older = lights + once
