@@ -25,7 +25,7 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
-from scipy.sparse import csr_array
+from scipy.sparse import csc_array, csr_array
 
 from simgl.arrays import Array, Array32, IndexArray
 from simgl.disk_cache import Arrays, computed_once
@@ -165,9 +165,24 @@ def turned(sky: SkyRadiance, R_sky_from_body: Array) -> SkyRadiance:
 
     R_sky_from_body : (3, 3) to the axes of the sky
     """
-    n = PYRAMID[0]
-    directions = cube_directions(n) @ R_sky_from_body.T
-    return SkyRadiance(radiance=cell_radiance(sky, n)[cube_cell(directions, n)])
+    return _TurnedSky(sky, R_sky_from_body)
+
+
+class _TurnedSky(SkyRadiance):
+    """Turned by whichever thread first asks for its radiance: the one that draws never does."""
+
+    _sky: SkyRadiance
+    _R_sky_from_body: Array
+
+    def __init__(self, sky: SkyRadiance, R_sky_from_body: Array) -> None:
+        object.__setattr__(self, "_sky", sky)
+        object.__setattr__(self, "_R_sky_from_body", R_sky_from_body)
+
+    @cached_property
+    def radiance(self) -> Array32:
+        n = PYRAMID[0]
+        directions = cube_directions(n) @ self._R_sky_from_body.T
+        return np.take(cell_radiance(self._sky, n), cube_cell(directions, n), axis=0)
 
 
 def cell_radiance(sky: SkyRadiance, cells: int = 4) -> Array32:
@@ -226,7 +241,8 @@ def _halved(values: Array32) -> Array32:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _IrradianceOperator:
-    """Matrices from texels to irradiance.
+    """Matrices from texels to irradiance, by columns: by rows, with four bands, each entry would
+    wait for the sum before it.
 
     normals : (points, 3)
     vectors : (3 blocks, texels), flux vectors of the blocks
@@ -236,10 +252,10 @@ class _IrradianceOperator:
     """
 
     normals: Array32
-    vectors: csr_array
-    above: csr_array
+    vectors: csc_array
+    above: csc_array
     block_flux: Array32
-    cut: csr_array
+    cut: csc_array
 
 
 _MATRICES = ("vectors", "above", "cut")
@@ -251,12 +267,12 @@ def _irradiance_operator(n: int) -> _IrradianceOperator:
 
     def packed() -> Arrays:
         made = _made_irradiance_operator(n)
-        matrices = (matrix_arrays(name, getattr(made, name)) for name in _MATRICES)
+        matrices = (matrix_arrays(name, getattr(made, name).tocsr()) for name in _MATRICES)
         dense: Arrays = {"normals": made.normals, "block_flux": made.block_flux}
         return dense | {key: value for matrix in matrices for key, value in matrix.items()}
 
     def unpacked(arrays: Arrays) -> _IrradianceOperator:
-        vectors, above, cut = (matrix_of(name, arrays) for name in _MATRICES)
+        vectors, above, cut = (matrix_of(name, arrays).tocsc() for name in _MATRICES)
         normals, block_flux = arrays["normals"], arrays["block_flux"]
         return _IrradianceOperator(
             normals=normals, vectors=vectors, above=above, block_flux=block_flux, cut=cut
@@ -293,10 +309,10 @@ def _made_irradiance_operator(n: int) -> _IrradianceOperator:
     share = np.maximum(heights, 0.0).sum(axis=1) / np.sum(block_flux[cut_block] ** 2, axis=1)
     return _IrradianceOperator(
         normals=normals.astype(np.float32),
-        vectors=vectors,
-        above=float_matrix(point, above, np.ones(len(point)), (len(normals), width)),
+        vectors=vectors.tocsc(),
+        above=float_matrix(point, above, np.ones(len(point)), (len(normals), width)).tocsc(),
         block_flux=block_flux.astype(np.float32),
-        cut=float_matrix(cut_point, cut_block, share, (len(normals), len(block_flux))),
+        cut=float_matrix(cut_point, cut_block, share, (len(normals), len(block_flux))).tocsc(),
     )
 
 

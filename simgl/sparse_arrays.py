@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from scipy.sparse import csr_array, csr_matrix
+from scipy.sparse import csc_matrix, csr_array, csr_matrix
 
 
-def matrix_arrays(name: str, matrix: csr_array | csr_matrix) -> dict[str, Any]:
+def matrix_arrays(name: str, matrix: csr_array | csr_matrix | csc_matrix) -> dict[str, Any]:
     """The arrays of a matrix, named after it."""
     return {
         f"{name}.data": matrix.data,

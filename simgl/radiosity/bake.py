@@ -23,7 +23,7 @@ from simgl.radiosity.gather_points import (
 )
 from simgl.radiosity.hemisphere import CELLS_ACROSS, cosine_directions, frames, sky_cell, spins
 from simgl.radiosity.light_grids import light_grids
-from simgl.radiosity.light_transport import LightTransport
+from simgl.radiosity.light_transport import LightTransport, by_columns
 from simgl.radiosity.near_means import near_means
 from simgl.radiosity.occlusion import moved_into_open
 from simgl.radiosity.patch_cells import cell_index, patch_cells
@@ -340,13 +340,13 @@ def _assembled(
         points=patches.points.astype(np.float32),
         normals=patches.normals.astype(np.float32),
         point_open=point_open,
-        form_factors=factors,
-        sky=sky,
-        gather=gather.astype(np.float32),
-        sun_gather=sun_gather[used],
-        sky_part=sky_part,
+        form_factors=by_columns(factors),
+        sky=by_columns(sky),
+        gather=by_columns(gather.astype(np.float32)),
+        sun_gather=by_columns(sun_gather[used]),
+        sky_part=by_columns(sky_part),
         sky_part_seen=sky_part_seen,
-        sky_rays=sparse.csr_matrix(seen.sky_rays[rows]),
+        sky_rays=by_columns(seen.sky_rays[rows]),
         sky_rays_row=sky_rays_row.ravel(),
         gather_point_of_vertex=of_vertex,
     )

@@ -24,7 +24,7 @@ from simgl.radiosity.gather_points import (
 )
 from simgl.radiosity.hemisphere import SKY_CELLS, sky_cell
 from simgl.radiosity.jointed_transport import JointedTransport, shares
-from simgl.radiosity.light_transport import LightTransport
+from simgl.radiosity.light_transport import LightTransport, by_columns
 from simgl.radiosity.occlusion import moved_into_open
 from simgl.radiosity.patches import SAMPLES, Patches, cluster
 from simgl.radiosity.remesh import subdivided
@@ -189,8 +189,8 @@ def _group_of_patch(
     return of_patch
 
 
-def _spread(fine: Mesh, sides: int, groups: list[_Group], patches: Patches) -> sparse.csr_matrix:
-    """(v * sides, p) csr, mean of the patches about each vertex by area, for each of its sides."""
+def _spread(fine: Mesh, sides: int, groups: list[_Group], patches: Patches) -> sparse.csc_matrix:
+    """(v * sides, p) csc, mean of the patches about each vertex by area, for each of its sides."""
     _, areas = face_normals(fine)
     rows, columns, weights = [], [], []
     of_side = patches.of_side.reshape(sides, -1)
@@ -209,7 +209,7 @@ def _spread(fine: Mesh, sides: int, groups: list[_Group], patches: Patches) -> s
     sums = sparse.coo_matrix((weight, (np.concatenate(rows), np.concatenate(columns))), shape)
     total = np.asarray(sums.sum(axis=1)).ravel()
     mean = sparse.diags_array(1.0 / np.where(total > 0.0, total, 1.0)) @ sums.tocsr()
-    return mean.tocsr().astype(np.float32)[of_vertex.T.ravel()]
+    return by_columns(mean.tocsr().astype(np.float32)[of_vertex.T.ravel()])
 
 
 def _separate(
@@ -252,16 +252,16 @@ def _separate(
         points=patches.points.astype(np.float32),
         normals=patches.normals.astype(np.float32),
         point_open=point_open,
-        form_factors=factors,
-        sky=sky,
-        gather=sparse.vstack(gather, format="csr").astype(np.float32),
+        form_factors=by_columns(factors),
+        sky=by_columns(sky),
+        gather=by_columns(sparse.vstack(gather).astype(np.float32)),
         # Its light is solved in the frame, pose by pose.
-        sun_gather=sparse.csr_matrix(
+        sun_gather=sparse.csc_matrix(
             (sum(len(rows) for rows in free_row), len(patches.areas)), dtype=np.float32
         ),
-        sky_part=sparse.vstack(part, format="csr").astype(np.float32),
+        sky_part=by_columns(sparse.vstack(part).astype(np.float32)),
         sky_part_seen=np.concatenate(part_seen),
-        sky_rays=sparse.vstack(free, format="csr").astype(np.float32),
+        sky_rays=by_columns(sparse.vstack(free).astype(np.float32)),
         sky_rays_row=np.concatenate(free_row),
         gather_point_of_vertex=of_vertex,
     )

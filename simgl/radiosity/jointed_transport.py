@@ -25,7 +25,7 @@ from simgl.motion.joints import Joint
 from simgl.radiosity.bake import patch_directions
 from simgl.radiosity.gather_points import BURIED, face_normals
 from simgl.radiosity.hemisphere import SKY_CELLS, sky_cell
-from simgl.radiosity.light_transport import Between, LightTransport
+from simgl.radiosity.light_transport import Between, LightTransport, by_columns
 from simgl.radiosity.patches import SAMPLES
 from simgl.radiosity.posed_transport import PosedTransport
 from simgl.radiosity.rigid_pairs import (
@@ -58,7 +58,7 @@ class JointedTransport:
     group_of_patch : (p,) index among the rigid groups of the mesh
     reach : (p, n, k) how far the rays of the patches go [m]; 0 where they do not count
     target : (p, n, k) the patch that they meet, -1 - cell for the sky, or ``NOWHERE``
-    spread : (r, p) csr, mean of the patches about each vertex, on each of its sides
+    spread : (r, p) csc, mean of the patches about each vertex, on each of its sides
     """
 
     separate: LightTransport
@@ -66,7 +66,7 @@ class JointedTransport:
     group_of_patch: IndexArray
     reach: Array32
     target: IndexArray
-    spread: sparse.csr_matrix
+    spread: sparse.csc_matrix
     _ends: LruCache[_Pair, Ends] = field(
         default_factory=lambda: LruCache[_Pair, Ends](_MAX_PAIRS, max_bytes=_PAIR_BYTES), init=False
     )
@@ -115,8 +115,8 @@ class JointedTransport:
         )
 
     @cached_property
-    def _sky_rays(self) -> sparse.csr_matrix:
-        """(p, c) csr, share of the rays of each patch that go to each cell of the sky, were they
+    def _sky_rays(self) -> sparse.csc_matrix:
+        """(p, c) csc, share of the rays of each patch that go to each cell of the sky, were they
         free."""
         count, rays_each = len(self.separate.areas), self.reach[0].size
         columns = np.empty((count * SAMPLES, self.reach.shape[2]), dtype=np.int64)
@@ -126,7 +126,7 @@ class JointedTransport:
         columns = columns.reshape(count, rays_each)
         weight = np.full(count, 1.0 / rays_each, dtype=np.float32)
         everywhere = np.ones(columns.shape, dtype=np.bool_)
-        return _summed(columns, everywhere, weight, self.separate.sky.shape[1])
+        return by_columns(_summed(columns, everywhere, weight, self.separate.sky.shape[1]))
 
     def at(self, posed: PosedMesh, values: Sequence[float]) -> PosedTransport:
         """The transport at a pose; it depends on nothing else.
@@ -136,10 +136,11 @@ class JointedTransport:
         assert posed.motion is not None
         separate = self.separate
         target, point_open = self._met(values)
-        factors, sky, used = shares(target, len(separate.areas), separate.sky.shape[1])
-        light = (factors - separate.form_factors).tocsr()
+        by_rows = shares(target, len(separate.areas), separate.sky.shape[1])
+        factors, sky, used = by_columns(by_rows[0]), by_columns(by_rows[1]), by_rows[2]
+        light = factors - separate.form_factors
         light.eliminate_zeros()
-        sky_lost = (separate.sky - sky).tocsr()
+        sky_lost = separate.sky - sky
         sky_lost.eliminate_zeros()
         groups = [t.group.index for t in self._targets]
         turns, shifts = posed.motion[groups, :3, :3], posed.motion[groups, :3, 3]
@@ -259,11 +260,11 @@ def _summed(columns: IndexArray, chosen: Mask, weight: Array32, width: int) -> s
     return matrix
 
 
-def _among(spread: sparse.csr_matrix, seen: Mask) -> sparse.csr_matrix:
+def _among(spread: sparse.csc_matrix, seen: Mask) -> sparse.csc_matrix:
     """Means over some patches only: those that no other part hides wholly."""
     if seen.all():
         return spread
-    among = (spread @ sparse.diags_array(seen.astype(np.float32))).tocsr()
+    among = (spread @ sparse.diags_array(seen.astype(np.float32))).tocsc()
     total = np.asarray(among.sum(axis=1)).ravel()
     scale = np.divide(1.0, total, out=np.zeros_like(total), where=total > 0.0)
-    return (sparse.diags_array(scale) @ among).tocsr().astype(np.float32)
+    return by_columns((sparse.diags_array(scale) @ among).astype(np.float32))

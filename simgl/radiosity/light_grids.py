@@ -12,7 +12,7 @@ from scipy import sparse
 from simgl.arrays import Array, Array32, IndexArray, Mask
 from simgl.progress import ProgressCallback
 from simgl.radiosity.gather_points import face_normals, gather_points_of, nearest_open
-from simgl.radiosity.light_transport import LightGrids, LightTransport
+from simgl.radiosity.light_transport import LightGrids, LightTransport, by_columns
 from simgl.radiosity.occlusion import moved_into_open
 from simgl.radiosity.patch_cells import CellIndex, SeenCells
 from simgl.radiosity.solver import sun_cosines
@@ -93,7 +93,7 @@ def light_grids(
     seen = seen.of_rows(used)
     grids = LightGrids(
         triangles=chosen,
-        gather=seen.of_patches(index),
+        gather=by_columns(seen.of_patches(index)),
         point_of_node=of_node,
         row_of_node=_rows_of_nodes(transport, chosen, of_node),
     )
@@ -121,7 +121,7 @@ def _rows_of_nodes(
     return rows
 
 
-def more_of_nodes(transport: LightTransport, grids: LightGrids) -> sparse.csr_matrix:
+def more_of_nodes(transport: LightTransport, grids: LightGrids) -> sparse.csc_matrix:
     """(n, s + g) of each row of the grids' table: the light of its gather point less what is linear
     between the triangle's vertices.
 
@@ -143,7 +143,7 @@ def more_of_nodes(transport: LightTransport, grids: LightGrids) -> sparse.csr_ma
     shape = grids.rows, count + grids.gather.shape[0]
     matrix = sparse.csr_matrix((*entries, np.cumsum(ends)), shape=shape)
     matrix.eliminate_zeros()
-    return matrix
+    return by_columns(matrix)
 
 
 def _unevenness(transport: LightTransport) -> Array:
@@ -168,7 +168,10 @@ def _unevenness(transport: LightTransport) -> Array:
 
 def _affordable(transport: LightTransport, triangles: IndexArray) -> Mask:
     """(t,) the first triangles, as many as gather from few enough patches."""
-    entries = np.diff(transport.gather.indptr)[transport.gather_point_of_vertex]
+    gather = transport.gather
+    entries = np.bincount(gather.indices, minlength=gather.shape[0])[
+        transport.gather_point_of_vertex
+    ]
     corners = transport.mesh.triangles[triangles].astype(np.int64)
     each = _ENTRIES_EACH * entries[:, corners].mean(axis=2).sum(axis=0)
     return np.asarray(np.cumsum(each) < _MAX_ENTRIES)

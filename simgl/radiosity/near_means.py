@@ -13,7 +13,7 @@ from scipy import sparse
 from simgl.arrays import Array, Array32, IndexArray, Mask
 from simgl.radiosity.gather_points import unit_rows
 from simgl.radiosity.light_grids import CUTS, STEPS
-from simgl.radiosity.light_transport import LightTransport
+from simgl.radiosity.light_transport import LightTransport, by_columns
 
 # Of the harmonic mean distance: beyond, points do not count for each other. With twice as much,
 # what is blurred beside contacts costs more than less noise brings.
@@ -24,7 +24,7 @@ TIMES = 3
 _SMOOTH = 0.99
 
 
-def near_means(transport: LightTransport, nearness: Array32) -> sparse.csr_matrix:
+def near_means(transport: LightTransport, nearness: Array32) -> sparse.csc_matrix:
     """(s + g, s + g) means over each gather point and those next to it, of vertices and of grids.
 
     nearness : (s + g,) of what each sees, as of ``mean_nearness`` [m-1]
@@ -71,7 +71,7 @@ def _links_of_grids(node: IndexArray, held: Mask, corners: IndexArray) -> list[I
     return links
 
 
-def _means(links: IndexArray, place: Array, normal: Array, nearness: Array32) -> sparse.csr_matrix:
+def _means(links: IndexArray, place: Array, normal: Array, nearness: Array32) -> sparse.csc_matrix:
     count = len(place)
     first, second = np.sort(links[links[:, 0] != links[:, 1]], axis=1).T
     first, second = np.divmod(np.unique(first * count + second), count)
@@ -88,4 +88,4 @@ def _means(links: IndexArray, place: Array, normal: Array, nearness: Array32) ->
     values = np.concatenate([np.ones(count), weight, weight])
     values /= np.bincount(rows, values)[rows]
     entries = values.astype(np.float32), (rows, columns)
-    return sparse.csr_matrix(entries, shape=(count, count))
+    return by_columns(sparse.coo_matrix(entries, shape=(count, count)))

@@ -41,14 +41,13 @@ class _Surface:
 class BesidesSky:
     """What a body gets of all lights but the sky.
 
-    of_lamps, hidden : (p, 4) exitance of the patches by lamps, and by what other spacecraft take
-        from the Sun's light [W m-2]; None where there is none
+    exitance : (p, 4) of the patches by lamps, less what other spacecraft take from the Sun's light
+        [W m-2]; None where there is neither
     sunlight : what vertices get of surfaces in the Sun, were there no other spacecraft; None
         without a Sun
     """
 
-    of_lamps: Array32 | None
-    hidden: Array32 | None
+    exitance: Array32 | None
     sunlight: GatheredSunlight | None
 
 
@@ -80,8 +79,8 @@ class PatchLight:
         if isinstance(transport, PosedTransport):
             return self._solved(model, transport, cells, incident)
         surface = self._surface(model, transport)
-        besides = self._of_lamps_and_hidden(surface, transport, incident)
-        exitance = self._but_sunlight(surface, cells, *besides)
+        besides = self._of_lamps_less_hidden(surface, transport, incident)
+        exitance = self._but_sunlight(surface, cells, besides)
         if not incident.sun_irradiance.any():
             return exitance
         return exitance + surface.response.of_sun(incident.sun_direction, incident.sun_irradiance)
@@ -96,11 +95,11 @@ class PatchLight:
         if isinstance(transport, PosedTransport):
             return None
         surface, sunlight = self._surface(model, transport), None
-        of_lamps, hidden = self._of_lamps_and_hidden(surface, transport, incident)
+        exitance = self._of_lamps_less_hidden(surface, transport, incident)
         if incident.sun_irradiance.any():
             sun = incident.sun_direction, incident.sun_irradiance
             sunlight = surface.response.of_sun_at_vertices(*sun)
-        return BesidesSky(of_lamps=of_lamps, hidden=hidden, sunlight=sunlight)
+        return BesidesSky(exitance=exitance, sunlight=sunlight)
 
     def at_vertices(
         self,
@@ -121,40 +120,29 @@ class PatchLight:
             assert isinstance(transport, PosedTransport)
             return self._solved(model, transport, cells, incident), None
         surface = self._surface(model, transport)
-        exitance = self._but_sunlight(surface, cells, besides.of_lamps, besides.hidden)
+        exitance = self._but_sunlight(surface, cells, besides.exitance)
         return exitance, besides.sunlight
 
-    def _of_lamps_and_hidden(
+    def _of_lamps_less_hidden(
         self, surface: _Surface, transport: LightTransport, incident: IncidentLight
-    ) -> tuple[Array32 | None, Array32 | None]:
-        """As of ``BesidesSky``; together they take less time."""
-        lamps = self._of_lamps(transport, incident)
-        hidden = np.zeros_like(lamps)
+    ) -> Array32 | None:
+        """The exitance of ``BesidesSky``."""
+        irradiance = self._of_lamps(transport, incident)
         if incident.before_sun and incident.sun_irradiance.any():
             cosines = self._hidden_cosines(surface.sunlit, transport, incident)
-            hidden = cosines[:, None] * incident.sun_irradiance.astype(np.float32)
-        response = surface.response
-        if np.any(lamps) and np.any(hidden):
-            both = response.of_irradiance(np.stack([lamps, hidden], axis=2))
-            return both[:, :, 0], both[:, :, 1]
-        of_lamps = response.of_irradiance(lamps) if np.any(lamps) else None
-        return of_lamps, response.of_irradiance(hidden) if np.any(hidden) else None
+            irradiance -= cosines[:, None] * incident.sun_irradiance.astype(np.float32)
+        return surface.response.of_irradiance(irradiance) if np.any(irradiance) else None
 
     @staticmethod
     def _but_sunlight(
-        surface: _Surface,
-        cells: Array32 | None,
-        of_lamps: Array32 | None,
-        hidden: Array32 | None,
+        surface: _Surface, cells: Array32 | None, besides_sky: Array32 | None
     ) -> Array32:
         """(p, 4) exitance by all light, less that of a Sun before which nothing stands [W m-2]."""
         exitance = surface.response.glow
         if cells is not None:
             exitance = exitance + surface.response.of_sky(cells)
-        if of_lamps is not None:
-            exitance = exitance + of_lamps
-        if hidden is not None:
-            exitance = exitance - hidden
+        if besides_sky is not None:
+            exitance = exitance + besides_sky
         return exitance
 
     def _solved(

@@ -75,5 +75,5 @@ class PosedTransport(LightTransport):
         return sky_cell(turned, FINE_ACROSS)
 
 
-def _arrays(matrix: sparse.csr_matrix) -> list[Array]:
+def _arrays(matrix: sparse.csc_matrix) -> list[Array]:
     return [matrix.data, matrix.indices, matrix.indptr]

@@ -19,7 +19,7 @@ from simgl.lru_cache import LruCache
 from simgl.radiosity.light_grids import more_of_nodes
 from simgl.radiosity.light_transport import LightTransport, PatchCells
 from simgl.radiosity.near_means import TIMES
-from simgl.radiosity.solver import Reflectors, radiosity
+from simgl.radiosity.solver import Reflectors, radiosity, signed_radiosity
 from simgl.radiosity.sunlit_patches import CAPACITY, Node, SunlitPatches, grid_corners
 
 # Of the responses to all cells of the sky, and to the directions of the Sun that are cached, with
@@ -89,13 +89,12 @@ class PrecomputedResponse:
         return radiosity(self._transport, self._surface, emitted)
 
     def of_irradiance(self, irradiance: Array32) -> Array32:
-        """(p, 4) of any light, or (p, 4, n) of n lights, solved now [W m-2].
+        """(p, 4) of any light, solved now [W m-2].
 
-        irradiance : of the patches, likewise [W m-2]
+        irradiance : (p, 4) of the patches; negative where light is taken away [W m-2]
         """
-        albedo = self._surface.albedo
-        reflected = (albedo if irradiance.ndim == 2 else albedo[:, :, None]) * irradiance
-        return radiosity(self._transport, self._surface, reflected)
+        reflected = self._surface.albedo * irradiance
+        return signed_radiosity(self._transport, self._surface, reflected)
 
     def of_sky(self, cell_radiance: Array32) -> Array32:
         """(p, 4) by the sky [W m-2].
@@ -221,7 +220,7 @@ class PrecomputedResponse:
         return np.asarray(cells.gather[asked].T @ reflected)
 
     @cached_property
-    def _more_of_nodes(self) -> sparse.csr_matrix:
+    def _more_of_nodes(self) -> sparse.csc_matrix:
         grids = self._transport.grids
         assert grids is not None
         return more_of_nodes(self._transport, grids)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from simgl.arrays import Array, Array32, IndexArray, Mask
+from simgl.arrays import Array, Array32, Mask
 from simgl.radiosity.light_transport import GatherMatrix, LightTransport
 from simgl.rays import AnyRayTracer
 from simgl.scene.materials import Material
@@ -17,6 +17,10 @@ from simgl.scene.materials import Material
 RESIDUAL = 3e-3
 # Only a closed body of perfect reflectance needs more: there the sum of bounces has no end.
 _MAX_STEPS = 200
+# Bounces after which it is known how fast light dies out.
+_POWER = 10
+# Three products with the form factors suffice then.
+_MIN_CONTRACTION = 1e-3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -93,23 +97,28 @@ def reflectors(transport: LightTransport, materials: Sequence[Material]) -> Refl
     return Reflectors(
         albedo=albedo,
         exitance=exitance,
-        contraction=_contraction(transport.form_factors, albedo.astype(np.float64)),
+        contraction=_contraction(transport.form_factors, albedo),
     )
 
 
-def _contraction(form_factors: sparse.csr_matrix, albedo: Array) -> float:
+def _contraction(form_factors: sparse.csc_matrix, albedo: Array32) -> float:
     """Upper bound of the spectral radius of one bounce, in its most reflecting band.
 
-    For a matrix without negative entries and any positive x it is at most the largest of
-    (M x)_i / x_i (Collatz & Wielandt); x close to the main eigenvector makes the bound tight.
+    For a matrix M without negative entries it is at most the largest of (M x)_i / x_i for any
+    positive x, where x close to the main eigenvector makes the bound tight (Collatz & Wielandt);
+    and at most the k-th root of the largest of M^k 1 (Gelfand), tighter where light dies out fast.
     """
-    x = np.ones(albedo.shape)
+    x = np.ones_like(albedo)
     bound = np.inf
     for _ in range(20):
         y = form_factors @ (albedo * x)
         bound = min(bound, float((y / x).max()))
-        x = y / y.max() + 1e-3 if y.max() > 0.0 else x
-    return min(bound, 1.0 - 1e-6)
+        x = y / y.max() + np.float32(1e-3) if y.max() > 0.0 else x
+    light = np.ones_like(albedo)
+    for _ in range(_POWER):
+        light = form_factors @ (albedo * light)
+    bound = min(bound, float(light.max()) ** (1.0 / _POWER))
+    return min(max(bound, _MIN_CONTRACTION), 1.0 - 1e-6)
 
 
 def radiosity(transport: LightTransport, surface: Reflectors, emitted: Array32) -> Array32:
@@ -117,35 +126,51 @@ def radiosity(transport: LightTransport, surface: Reflectors, emitted: Array32) 
 
     emitted : exitance before any bounce, of one light or of n separate ones; a light gets the same
         bits among others as by itself
+    """
+    return np.maximum(signed_radiosity(transport, surface, emitted), 0.0)
+
+
+def signed_radiosity(transport: LightTransport, surface: Reflectors, emitted: Array32) -> Array32:
+    """The same of light some of which is taken away: of exitance of either sign.
 
     x = M x + c with Chebyshev's acceleration (Golub & Varga 1961): after k steps the error is below
     2 r^k of the first, r = mu / (1 + sqrt(1 - mu^2)) for a spectrum in -mu .. mu. The first guess
     lets the second bounce stand for all later ones, each less by the same ratio.
     """
-    factors, count = transport.form_factors, len(emitted)
-    albedo = surface.albedo if emitted.ndim == 2 else surface.albedo[:, :, None]
+    lights = emitted.reshape(len(emitted), -1)
+    # As wide as the lights: numpy takes longer over rows of a few than over all at once.
+    albedo = np.repeat(surface.albedo, lights.shape[1] // 4, axis=1)
 
     def bounced(light: Array32) -> Array32:
-        return albedo * (factors @ light.reshape(count, -1)).reshape(emitted.shape)
+        arrived: Array32 = transport.form_factors @ light
+        return np.multiply(arrived, albedo, out=arrived)
 
     mu = surface.contraction
     rate = mu / (1.0 + np.sqrt(1.0 - mu * mu))
-    once = bounced(emitted)
-    if rate <= 0.0 or not np.any(once):
-        return emitted + once
+    once = bounced(lights)
+    if not np.any(once):
+        return emitted
     twice = bounced(once)
-    ratio = (once * twice).sum(axis=0) / np.maximum((once * once).sum(axis=0), np.float32(1e-30))
-    older = emitted + once + twice / (1.0 - np.clip(ratio, 0.0, np.float32(mu)))
-    newer, omega = older, 1.0
-    steps = min(int(np.ceil(np.log(0.5 * RESIDUAL) / np.log(rate))) - 2, _MAX_STEPS)
-    for step in range(steps):
-        next_ = bounced(newer) + emitted
-        if step == 0:
-            older, newer = newer, next_
-            continue
-        omega = 1.0 / (1.0 - 0.5 * mu * mu) if step == 1 else 1.0 / (1.0 - 0.25 * mu * mu * omega)
-        older, newer = newer, (omega * (next_ - older) + older).astype(np.float32)
-    return np.maximum(newer, 0.0)
+    ratio = _product(once, twice) / np.maximum(_product(once, once), np.float32(1e-30))
+    older = lights + once
+    older += twice / (1.0 - np.clip(ratio, 0.0, np.float32(mu)))
+    newer = bounced(older)
+    newer += lights
+    omega = 1.0
+    for step in range(1, min(int(np.ceil(np.log(0.5 * RESIDUAL) / np.log(rate))) - 2, _MAX_STEPS)):
+        omega = 1.0 / (1.0 - (0.5 if step == 1 else 0.25 * omega) * mu * mu)
+        next_ = bounced(newer)
+        next_ += lights
+        next_ -= older
+        next_ *= np.float32(omega)
+        next_ += older
+        older, newer = newer, next_
+    return newer.reshape(emitted.shape)
+
+
+def _product(a: Array32, b: Array32) -> Array32:
+    """(k,) scalar products of the columns (p, k)."""
+    return np.einsum("pk,pk->k", a, b)
 
 
 def lit_samples(transport: LightTransport, direction: Array) -> tuple[Mask, Mask]:
@@ -223,47 +248,34 @@ def lamp_irradiance(
     transport: LightTransport, lamp: SpotLight, blockers: Sequence[Blocker] = ()
 ) -> Array32:
     """(p, 4) mean irradiance of each patch by a lamp [W m-2]."""
-    mean = np.zeros(len(transport.areas))
-    patches = _patches_in_beam(transport, lamp)
-    all_points, all_normals, all_open = transport.few_points
-    points = np.take(all_points, patches, axis=0).reshape(-1, 3)
-    normals = np.take(all_normals, patches, axis=0).reshape(-1, 3)
-    valid = np.take(all_open, patches, axis=0)
-    offset = lamp.place - points
-    along = np.einsum("ni,ni->n", normals, offset)
-    # Most face away; the others one beside the other.
-    lit = np.flatnonzero((along > 0.0) & valid.ravel())
-    points, offset = np.take(points, lit, axis=0), np.take(offset, lit, axis=0)
-    distance = np.sqrt(np.einsum("ni,ni->n", offset, offset))
-    off_axis = np.arccos(np.clip(-(offset @ lamp.axis) / distance, -1.0, 1.0))
+    points = transport.few_points
+    place, axis = lamp.place.astype(np.float32), lamp.axis.astype(np.float32)
+    # How far the lamp is above each point's plane. Most are turned away from it.
+    height = np.einsum("in,i->n", points.normals, place) - points.plane
+    facing = np.flatnonzero((height > 0.0) & points.open)
+    offset = place[:, None] - np.take(points.places, facing, axis=1)
+    distance = np.sqrt(np.einsum("in,in->n", offset, offset))
+    off_axis = np.arccos(np.clip(np.einsum("in,i->n", offset, -axis) / distance, -1.0, 1.0))
     beyond = np.clip((off_axis - lamp.half_angle) / lamp.edge, 0.0, 1.0)
-    power = along[lit] / distance * (1.0 - beyond * beyond * (3.0 - 2.0 * beyond)) / distance**2
+    power = 1.0 - beyond * beyond * (3.0 - 2.0 * beyond)
+    power *= height[facing] / (distance * distance * distance)
     seen = np.flatnonzero(power > 0.0)
-    rays = np.take(points, seen, axis=0), np.take(offset, seen, axis=0), distance[seen]
-    blocked = _blocked_before(transport, lamp, *rays, blockers)
+    starts, rays = (
+        np.ascontiguousarray(np.take(vectors, chosen, axis=1).T)
+        for vectors, chosen in ((points.places, facing[seen]), (offset, seen))
+    )
+    blocked = _blocked_before(transport, lamp, starts, rays, distance[seen], blockers)
     power[seen[blocked]] = 0.0
-    total = np.bincount(lit // valid.shape[1], power, minlength=len(patches))
-    mean[patches] = total / np.maximum(valid.sum(axis=1), 1)
-    return (mean[:, None] * lamp.intensity).astype(np.float32)
-
-
-def _patches_in_beam(transport: LightTransport, lamp: SpotLight) -> IndexArray:
-    """Patches of which a part may lie in the beam, by their bounding spheres."""
-    centres, radii = transport.patch_spheres
-    offset = centres - lamp.place
-    distance = np.maximum(np.linalg.norm(offset, axis=1), 1e-9)
-    off_axis = np.arccos(np.clip(offset @ lamp.axis / distance, -1.0, 1.0))
-    spanned = np.arcsin(np.minimum(radii / distance, 1.0))
-    around = radii >= distance
-    return np.flatnonzero(around | (off_axis - spanned < lamp.half_angle + lamp.edge))
+    total = np.bincount(points.patch[facing], power, minlength=len(transport.areas))
+    return np.outer((total / points.count).astype(np.float32), lamp.intensity.astype(np.float32))
 
 
 def _blocked_before(
     transport: LightTransport,
     lamp: SpotLight,
     points: Array32,
-    offsets: Array,
-    distances: Array,
+    offsets: Array32,
+    distances: Array32,
     blockers: Sequence[Blocker],
 ) -> Mask:
     """Whether anything lies between points in a beam and its lamp, at the ends of offsets."""
@@ -274,10 +286,11 @@ def _blocked_before(
     for blocker in blockers:
         if not _reaches_into(blocker, lamp):
             continue
-        matrix = blocker.other_from_body
+        turn = blocker.other_from_body[:3, :3].astype(np.float32)
+        shift = blocker.other_from_body[:3, 3].astype(np.float32)
         rest = np.flatnonzero(~blocked)
-        origins = np.take(points, rest, axis=0) @ matrix[:3, :3].T + matrix[:3, 3]
-        rays = np.take(offsets, rest, axis=0) @ matrix[:3, :3].T
+        origins = np.take(points, rest, axis=0) @ turn.T + shift
+        rays = np.take(offsets, rest, axis=0) @ turn.T
         blocked[rest] = blocker.tracer.occluded(origins, rays, ends[rest])
     return blocked
 

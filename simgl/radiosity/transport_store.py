@@ -39,10 +39,11 @@ STEPS: dict[JointLight, float] = {"quick": np.radians(1.0), "exact": np.radians(
 # quick one, up to 50 MB if exact.
 MAX_BYTES = 512 << 20
 # Part of every key: with a change in how bakes are made or stored, old files are not read any more.
-VERSION = 13
+VERSION = 14
 
 _Bake = TypeVar("_Bake")
 _Part = TypeVar("_Part", PatchCells, LightGrids)
+_Layout = TypeVar("_Layout", sparse.csr_matrix, sparse.csc_matrix)
 _NOT_WRITTEN = "light between surfaces is traced again next time"
 _JOINTED_ARRAYS = ("group_of_patch", "reach", "target")
 _MATRICES = ("form_factors", "sky", "gather", "sun_gather", "sky_part", "sky_rays")
@@ -244,7 +245,7 @@ def _unpacked_jointed(data: dict[str, Any], joints: tuple[Joint, ...]) -> Jointe
     transport = JointedTransport(
         separate=separate,
         joints=joints,
-        spread=_matrix(data, "jointed.spread"),
+        spread=_matrix(data, "jointed.spread", sparse.csc_matrix),
         **{name: data[f"jointed.{name}"] for name in _JOINTED_ARRAYS},
     )
     transport.spread.check_format(full_check=True)
@@ -284,34 +285,34 @@ def _packed_part(name: str, part: PatchCells | LightGrids | None) -> dict[str, A
     return data
 
 
-def _unpacked_part(name: str, kind: type[_Part], data: dict[str, Any]) -> _Part | None:
+def _unpacked_part(
+    name: str, kind: type[_Part], layout: type[_Layout], data: dict[str, Any]
+) -> _Part | None:
     gather = f"{name}.gather"
     if f"{gather}.data" not in data:
         return None
     plain = {f.name: data[f"{name}.{f.name}"] for f in fields(kind) if f.name != "gather"}
-    return kind(gather=_matrix(data, gather), **plain)
+    return kind(gather=_matrix(data, gather, layout), **plain)
 
 
-def _matrix(data: dict[str, Any], name: str) -> sparse.csr_matrix:
-    return sparse.csr_matrix(
-        (data[f"{name}.data"], data[f"{name}.indices"], data[f"{name}.indptr"]),
-        shape=tuple(data[f"{name}.shape"]),
-    )
+def _matrix(data: dict[str, Any], name: str, layout: type[_Layout]) -> _Layout:
+    arrays = data[f"{name}.data"], data[f"{name}.indices"], data[f"{name}.indptr"]
+    return layout(arrays, shape=tuple(data[f"{name}.shape"]))
 
 
 def _unpacked(data: dict[str, Any]) -> LightTransport:
     """Raises ValueError where an index points nowhere."""
     mesh = {name[5:]: array for name, array in data.items() if name.startswith("mesh.")}
-    matrices = {name: _matrix(data, name) for name in _MATRICES}
+    matrices = {name: _matrix(data, name, sparse.csc_matrix) for name in _MATRICES}
     plain = {name: array for name, array in data.items() if "." not in name}
     plain["sides"] = int(plain["sides"])
     transport = LightTransport(
         mesh=Mesh(**mesh),
         **matrices,
         **plain,
-        cells=_unpacked_part("cells", PatchCells, data),
-        grids=_unpacked_part("grids", LightGrids, data),
-        means=_matrix(data, "means") if "means.data" in data else None,
+        cells=_unpacked_part("cells", PatchCells, sparse.csr_matrix, data),
+        grids=_unpacked_part("grids", LightGrids, sparse.csc_matrix, data),
+        means=_matrix(data, "means", sparse.csc_matrix) if "means.data" in data else None,
     )
     _check(transport)
     return transport

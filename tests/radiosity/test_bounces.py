@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy import sparse
 
 from simgl.arrays import Array32
 from simgl.radiosity.hemisphere import SKY_CELLS
 from simgl.radiosity.precomputed_response import PrecomputedResponse
 from simgl.radiosity.solver import (
+    RESIDUAL,
     Blocker,
     SpotLight,
     lamp_irradiance,
@@ -47,6 +51,29 @@ def test_the_open_box_has_the_radiance_of_every_bounce(bounces: int) -> None:
         # The table is good to 0.2 %; faces send 100,000 rays, and 8 sample points a patch place the
         # shadow's edge to a tenth of a patch, 4 mm of the 2 m floor: below 1 %.
         np.testing.assert_allclose(found, C6[bounces][name], rtol=0.02, atol=0.3, err_msg=name)
+
+
+def test_few_bounces_are_summed_where_light_dies_out_fast() -> None:
+    """Pairs of patches, the first far larger: the other fills 1e-4 of its view, it fills 0.9 of the
+    other's. Light that has come back is less by 0.8^2 9e-5: a geometric series."""
+    box = open_box()
+    count = len(box.areas)
+    first = np.arange(0, count - 1, 2)
+    entries = np.concatenate([np.full(len(first), 1e-4), np.full(len(first), 0.9)])
+    place = np.concatenate([first, first + 1]), np.concatenate([first + 1, first])
+    factors = sparse.csc_matrix((entries.astype(np.float32), place), shape=(count, count))
+    transport = replace(box, form_factors=factors)
+    surface = reflectors(transport, white(0.8))
+    # The spectral radius, but for rounding; what single bounces leave bounds it by 0.0099.
+    assert surface.contraction == pytest.approx(0.8 * np.sqrt(9e-5), rel=1e-5)
+    emitted = np.ones((count, 4), dtype=np.float32)
+    expected = emitted[:-1].copy()
+    expected[::2] += 0.8 * 1e-4 * (1.0 + 0.8 * 0.9)
+    expected[1::2] += 0.8 * 0.9 * (1.0 + 0.8 * 1e-4)
+    expected = 1.0 + (expected - 1.0) / (1.0 - 0.8**2 * 9e-5)
+    found = radiosity(transport, surface, emitted)[: len(expected)]
+    bounced = 0.8 * 0.9
+    np.testing.assert_allclose(found, expected, atol=RESIDUAL * bounced)
 
 
 # Over the floor of the open box, towards it.

@@ -166,11 +166,11 @@ def test_a_pose_gives_the_same_bytes_whatever_poses_came_before() -> None:
         for a, b in ((one, other), (one.between, other.between)):
             for f in fields(a):
                 matrix = getattr(a, f.name)
-                if isinstance(matrix, sparse.csr_matrix):
+                if isinstance(matrix, sparse.csc_matrix):
                     assert same(matrix, getattr(b, f.name)), f.name
 
 
-def same(a: sparse.csr_matrix, b: sparse.csr_matrix) -> bool:
+def same(a: sparse.csc_matrix, b: sparse.csc_matrix) -> bool:
     """Whether two matrices are stored by the same bytes."""
     return all(
         getattr(a, name).tobytes() == getattr(b, name).tobytes()

@@ -43,7 +43,7 @@ def test_contacts_keep_their_light() -> None:
     place = np.zeros((transport.means.shape[0], 3))
     place[transport.gather_point_of_vertex[0]] = transport.mesh.positions
     held = transport.grids.point_of_node[:, :, 0] >= 0
-    node = len(transport.sun_gather.indptr) - 1 + transport.grids.point_of_node[:, :, 0][held]
+    node = transport.sun_gather.shape[0] + transport.grids.point_of_node[:, :, 0][held]
     place[node] = node_places(transport)[held]
     up = np.zeros(len(place), dtype=np.bool_)
     front = transport.mesh.normals[:, 2] > 0.9

@@ -74,6 +74,19 @@ def test_lights_add_up() -> None:
     agree(found + asked.of_sky(cells()), radiosity(transport, surface, own), own)
 
 
+def test_light_that_is_taken_away_is_solved_as_light_that_is_added() -> None:
+    asked, count = response(), len(open_box().areas)
+    random = np.random.default_rng(6)
+    lamps, hidden = random.uniform(0.0, 9.0, (2, count, 4)).astype(np.float32)
+    np.testing.assert_array_equal(asked.of_irradiance(-lamps), -asked.of_irradiance(lamps))
+    apart = asked.of_irradiance(lamps) - asked.of_irradiance(hidden)
+    albedo = reflectors(open_box(), white(0.8)).albedo
+    # Each may be off by as much as in ``agree``.
+    bounced = np.abs(asked.of_irradiance(lamps + hidden) - albedo * (lamps + hidden)).max()
+    found = asked.of_irradiance(lamps - hidden)
+    np.testing.assert_allclose(found, apart, rtol=1e-6, atol=2.0 * RESIDUAL * bounced)
+
+
 def test_what_was_asked_before_changes_no_bit() -> None:
     """Directions that share one, two and three of the lattice's, and some far away between."""
     start = directions(5)[4]
