@@ -190,6 +190,32 @@ float lit_past_planes(sampler2D depths, sampler2D slopes, SunMap map, Receiver r
     return lit_of_planes(planes, r, clamp(place - vec2(first) - 0.5, 0.0, 1.0));
 }
 
+// Which of four texels that do not cast show a flat caster near its crease with the receiver's own surface,
+// or lie past that crease, where the caster passes over the receiver: those tell nothing of it. A wall may
+// be thinner than a texel, and what lies past it is lit.
+//
+// high : heights of the four over the receiver [m]; edge : towards the dark
+bvec4 past_crease(sampler2D depths, SunMap map, Receiver r, ivec2 first, vec4 high, vec2 edge) {
+    vec2 corner = vec2(greaterThanEqual(edge, vec2(0.0))), inward = 2.0 * corner - 1.0;
+    ivec2 at = first + ivec2(corner) + ivec2(map.column, 0), x = ivec2(inward.x, 0), y = ivec2(0, inward.y);
+    // Rises over the receiver's own surface: at the darkest corner, one and two texels further into the
+    // dark along rows and columns.
+    float above = map.top - r.here.z;
+    float level = dot(r.slope, vec2(first) + corner + 0.5 - r.here.xy) - r.drop - r.lift;
+    float here = mix(mix(high.x, high.y, corner.x), mix(high.z, high.w, corner.x), corner.y) - level;
+    vec4 deep = vec4(texelFetch(depths, at + x, 0).r, texelFetch(depths, at + y, 0).r,
+                     texelFetch(depths, at + 2 * x, 0).r, texelFetch(depths, at + 2 * y, 0).r);
+    vec2 along = r.slope * inward;
+    vec4 rise = above - map.depth * deep - level - vec4(along, 2.0 * along);
+    vec2 bend = abs(rise.zw - 2.0 * rise.xy + here);
+    // That of a flat caster changes by so much to the next texel.
+    vec2 slope = 0.5 * (rise.zw - here) * inward;
+    vec2 receiver = r.here.xy + r.foot.xy - vec2(first) - 0.5;
+    bool shades = max(bend.x, bend.y) < r.slack && here + dot(slope, receiver - corner) > r.exact;
+    vec4 of_caster = here - dot(slope, corner) + vec4(0.0, slope.x, slope.y, slope.x + slope.y);
+    return bvec4(uvec4(shades) & uvec4(lessThan(of_caster, vec4(r.lift + 4.0 * r.slack))));
+}
+
 // Lit share of the four texels nearest to an offset [texels] from a receiver, past solids.
 float lit_by_neighbours(sampler2D depths, SunMap map, Receiver r, vec2 offset) {
     ivec2 first = nearest_texels(map, r, offset);
@@ -202,6 +228,9 @@ float lit_by_neighbours(sampler2D depths, SunMap map, Receiver r, vec2 offset) {
     float share = mean_of(lit, weight), shaded = mean_of(dark, weight);
     if (shaded > 0.0 && share > 0.0) {
         vec2 edge = edge_of(dark, weight);
+        vec4 past = vec4(past_crease(depths, map, r, first, high, edge));
+        float telling = mean_of(lit * (1.0 - past), weight);
+        if (telling < share) return telling / (telling + shaded);
         float rise = mean_of(dark * (high - plane), weight) / shaded;
         // Of the casters, those that end below the receiver stand on its surface.
         vec4 low = heights_of(depths, map, r, first + ivec2(map.column, map.size));

@@ -32,6 +32,7 @@ SUNS = sun_directions(10)
         ("folded sheets", 5),
         ("T of three sheets", 6),
         ("boom of 2 cm beside a bus from 0.5 m", 2),
+        ("box of walls of 1 mm", 3),
     ],
 )
 def test_no_pixel_leaks_at_creases_of_sheets_nor_speckles_on_rods(

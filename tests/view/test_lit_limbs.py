@@ -50,6 +50,17 @@ def test_every_pixel_of_a_crescent_is_drawn_and_its_lit_limb_finely() -> None:
     assert samples.sum() < 1.5 * 5.0 * 310**2 + NEEDED * 25.0 * np.pi * RADIUS
 
 
+@pytest.mark.parametrize(("x", "y"), [(165.0, 175.0), (165.5, 175.5), (164.7, 175.6), (165.3, 175)])
+def test_a_crescent_is_drawn_finely_wherever_it_lies(x: float, y: float) -> None:
+    """A sphere of 300 pixels at a phase angle of 150 degrees, in the pixels that it touches."""
+    limb = disc(x, y, needed=92.5)
+    low, high = np.floor(limb.outline.min(axis=0)), np.ceil(limb.outline.max(axis=0))
+    tile = int(low[0]), int(low[1]), int(high[0]), int(high[1])
+    samples = samples_at(limb_boxes(tile, GRID, [limb], BUDGET))
+    assert samples.max() >= 0.5 * 92.5
+    assert samples[samples > 5.1].sum() <= 4.0 * BUDGET + 5.0 * 302**2
+
+
 def test_limbs_whose_samples_suffice_or_cost_too_much_cut_nothing() -> None:
     assert limb_boxes(TILE, GRID, [disc(needed=5.4)], BUDGET) == ()
     assert limb_boxes(TILE, GRID, [disc()], 1000) == ()
