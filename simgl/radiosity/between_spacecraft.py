@@ -13,14 +13,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.spatial.transform import Rotation
 
 from simgl.arrays import Array, Array32, IndexArray
 from simgl.radiosity.gather_points import LIFT, unit_rows
-from simgl.radiosity.hemisphere import CELLS_ACROSS, sky_cell
-from simgl.radiosity.light_transport import LightTransport
+from simgl.radiosity.hemisphere import CELLS_ACROSS, SKY_CELLS, sky_cell
+from simgl.radiosity.light_transport import LightTransport, matrix_nbytes
 from simgl.radiosity.occlusion import inside_others
 from simgl.radiosity.patches import SAMPLES
 from simgl.radiosity.solver import Blocker
@@ -32,6 +31,9 @@ from simgl.scene.spacecraft import SpacecraftModel
 # Clusters are so wide for each metre of their distance from the other spacecraft, and at most so
 # many: as many as make so many pairs with its places, within these limits.
 _WIDTH, _PAIRS, _LIMITS = 0.25, 800_000, (64, 1024)
+# Clusters that would fill less of a hemisphere do not count. They are looked for from so many
+# places together, few enough for the processor's cache.
+_SMALLEST, _ROWS = 1e-6, 2048
 # Poses of one to the other are known in steps of this share of their distance, and this turn [rad].
 STEP = 1.0 / 64.0
 
@@ -97,18 +99,18 @@ class LightPath:
     samples : (n,) of the sender that are seen from the receiver
     means : (c, n) csr, the mean of those in each cluster
     senders : (c, p) csr, the same of the sender's patches
-    to_places : (s, c) share of the hemisphere above a place that a cluster fills, weighted by the
-        cosine
-    to_patches : (q, c) of the receiver's patches
-    cells : (s, c) cell of the receiver's sky before which the cluster stands
+    to_places : (s, c) csr, share of the hemisphere above a place that a cluster fills, weighted by
+        the cosine
+    to_patches : (q, c) csr, of the receiver's patches
+    hides : (s, 96) csr, of which the sender stands before each cell of the receiver's sky
     """
 
     samples: IndexArray
     means: sparse.csr_matrix
     senders: sparse.csr_matrix
-    to_places: Array32
-    to_patches: Array32
-    cells: NDArray[np.int16]
+    to_places: sparse.csr_matrix
+    to_patches: sparse.csr_matrix
+    hides: sparse.csr_matrix
 
     def at_patches(self, exitance: Array32) -> Array32:
         """(q, 4) irradiance of the receiver's patches by the clusters' (c, 4) [W m-2]."""
@@ -121,12 +123,12 @@ class LightPath:
     @property
     def largest_share(self) -> float:
         """Of a patch's hemisphere that the sender fills."""
-        return float(self.to_patches.sum(axis=1).max(initial=0.0))
+        return float(self.to_patches.sum(axis=1).max())
 
     @property
     def nbytes(self) -> int:
         """Size of its arrays."""
-        return self.to_places.nbytes + self.to_patches.nbytes + self.cells.nbytes
+        return sum(matrix_nbytes(m) for m in (self.to_places, self.to_patches, self.hides))
 
 
 def in_steps(other_from_body: Array, reach: float) -> Array:
@@ -137,8 +139,11 @@ def in_steps(other_from_body: Array, reach: float) -> Array:
     result = np.eye(4)
     step = 2.0 ** np.floor(np.log2(max(STEP * reach, 1e-6)))
     result[:3, 3] = step * np.round(other_from_body[:3, 3] / step)
-    turn = Rotation.from_matrix(other_from_body[:3, :3]).as_rotvec()
-    result[:3, :3] = Rotation.from_rotvec(STEP * np.round(turn / STEP)).as_matrix()
+    turn = STEP * np.round(Rotation.from_matrix(other_from_body[:3, :3]).as_rotvec() / STEP)
+    # Half a turn is one either way: rounding errors do not choose.
+    if np.linalg.norm(turn) > np.pi - STEP and turn[np.flatnonzero(turn)[0]] < 0.0:
+        turn = -turn
+    result[:3, :3] = Rotation.from_rotvec(turn).as_matrix()
     return result
 
 
@@ -151,50 +156,61 @@ def light_path(receiver: NearBody, sender: NearBody, sender_from_receiver: Array
     open_ = _towards(sender, receiver, turn, shift)
     if len(open_) == 0:
         return _no_path(receiver, sender)
-    points, normals = sender.samples[0][open_], sender.samples[1][open_]
-    part, patch = sender.samples[2][open_], sender.samples[3][open_]
-    seen_from = (points - shift) @ turn
-    distance = np.maximum(_distance(receiver, seen_from), _nearest(receiver, sender))
-    limit = int(np.clip(_PAIRS // len(receiver.places[0]), *_LIMITS))
-    cluster = _clusters(points, normals, distance, limit)
-    count = int(cluster.max()) + 1
-    areas = np.bincount(cluster, part, minlength=count).astype(np.float64)
-    share = sparse.csr_matrix(
-        ((part / areas[cluster]).astype(np.float32), (cluster, np.arange(len(cluster)))),
-        shape=(count, len(cluster)),
-    )
-    middle, facing = share @ seen_from, unit_rows(share @ (normals @ turn))
-    clusters = _Clusters(
-        middle=middle,
-        facing=facing,
-        areas=areas,
-        points=seen_from[np.argsort(cluster, kind="stable")],
-        first=np.searchsorted(np.sort(cluster), np.arange(count + 1)),
-    )
-
-    def seen(places: Array32, outwards: Array32) -> tuple[Array32, NDArray[np.int16]]:
-        return _form_factors(receiver, sender, sender_from_receiver, (places, outwards), clusters)
-
-    places, outwards, _ = receiver.places
-    to_places, cells = seen(places, outwards)
+    clusters, share = _clustered(receiver, sender, open_, sender_from_receiver)
+    patch = sender.samples[3][open_]
     of_patch = sparse.csr_matrix(
         (np.ones(len(patch), dtype=np.float32), (np.arange(len(patch)), patch)),
         shape=(len(patch), len(sender.transport.areas)),
     )
+
+    def seen(points: Array32, outwards: Array32) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
+        return _form_factors(receiver, sender, sender_from_receiver, (points, outwards), clusters)
+
+    to_places, hides = seen(*receiver.places[:2])
     inverse: Array = np.linalg.inv(sender_from_receiver).astype(np.float64)
     at, chosen = _samples_for(receiver, sender, inverse[:3, :3], inverse[:3, 3])
     number = np.bincount(at, minlength=len(receiver.transport.areas)).astype(np.float32)
     mean = sparse.csr_matrix(
         (1.0 / number[at], (at, np.arange(len(at)))), shape=(len(number), len(at))
     )
+    to_samples, _ = seen(receiver.samples[0][chosen], receiver.samples[1][chosen])
     return LightPath(
         samples=open_,
         means=share,
         senders=(share @ of_patch).tocsr(),
         to_places=to_places,
-        to_patches=mean @ seen(receiver.samples[0][chosen], receiver.samples[1][chosen])[0],
-        cells=cells,
+        to_patches=(mean @ to_samples).tocsr(),
+        hides=hides,
     )
+
+
+def _clustered(
+    receiver: NearBody, sender: NearBody, open_: IndexArray, sender_from_receiver: Array
+) -> tuple[_Clusters, sparse.csr_matrix]:
+    """Some samples of the sender merged, and (c, n) csr the mean of those in each cluster."""
+    turn, shift = sender_from_receiver[:3, :3], sender_from_receiver[:3, 3]
+    points, normals = sender.samples[0][open_], sender.samples[1][open_]
+    part = sender.samples[2][open_]
+    seen_from = (points - shift) @ turn
+    distance = np.maximum(_distance(receiver, seen_from), _nearest(receiver, sender))
+    limit = int(np.clip(_PAIRS // len(receiver.places[0]), *_LIMITS))
+    cluster = clusters_of(points, normals, distance, limit)
+    count = int(cluster.max()) + 1
+    areas = np.bincount(cluster, part, minlength=count)
+    share = sparse.csr_matrix(
+        ((part / areas[cluster]).astype(np.float32), (cluster, np.arange(len(cluster)))),
+        shape=(count, len(cluster)),
+    )
+    order = np.argsort(cluster, kind="stable")
+    clusters = _Clusters(
+        middle=(share @ seen_from).astype(np.float32),
+        facing=unit_rows(share @ (normals @ turn)).astype(np.float32),
+        areas=areas.astype(np.float32),
+        points=seen_from[order].astype(np.float32),
+        in_sender=points[order],
+        first=np.searchsorted(cluster[order], np.arange(count + 1)),
+    )
+    return clusters, share
 
 
 def sun_cosines(
@@ -277,13 +293,13 @@ def _no_path(receiver: NearBody, sender: NearBody) -> LightPath:
         samples=np.zeros(0, dtype=np.int64),
         means=sparse.csr_matrix((0, 0), dtype=np.float32),
         senders=sparse.csr_matrix((0, len(sender.transport.areas)), dtype=np.float32),
-        to_places=np.zeros((places, 0), dtype=np.float32),
-        to_patches=np.zeros((patches, 0), dtype=np.float32),
-        cells=np.zeros((places, 0), dtype=np.int16),
+        to_places=sparse.csr_matrix((places, 0), dtype=np.float32),
+        to_patches=sparse.csr_matrix((patches, 0), dtype=np.float32),
+        hides=sparse.csr_matrix((places, SKY_CELLS), dtype=np.float32),
     )
 
 
-def _clusters(points: Array32, normals: Array32, distance: Array, limit: int) -> IndexArray:
+def clusters_of(points: Array32, normals: Array32, distance: Array, limit: int) -> IndexArray:
     """(n,) number of the cluster of each sample: those of one cell of space that face alike.
 
     distance : (n,) from the other spacecraft [m]
@@ -291,14 +307,20 @@ def _clusters(points: Array32, normals: Array32, distance: Array, limit: int) ->
     """
     axis = np.argmax(np.abs(normals), axis=1)
     side = 2 * axis + (np.take_along_axis(normals, axis[:, None], 1)[:, 0] < 0.0)
+    low = points.min(axis=0)
+    # One cell of this edge holds all of them.
+    largest = int(np.ceil(np.log2(max(float((points.max(axis=0) - low).max()), 1e-6)))) + 1
     width = _WIDTH
     while True:
-        level = np.ceil(np.log2(width * distance))
-        cell = np.floor(points / (2.0**level)[:, None]).astype(np.int64)
-        keys = np.column_stack([level.astype(np.int64), side, cell])
-        _, number = np.unique(keys, axis=0, return_inverse=True)
+        level = np.minimum(np.ceil(np.log2(width * distance)).astype(np.int64), largest)
+        cell = ((points - low) / np.exp2(level)[:, None]).astype(np.int64)
+        across = int(cell.max()) + 1
+        key = (level - level.min()) * 6 + side
+        for place in cell.T:
+            key = key * across + place
+        _, number = np.unique(key, return_inverse=True)
         if int(number.max()) < limit:
-            return np.asarray(number.ravel(), dtype=np.int64)
+            return np.asarray(number, dtype=np.int64)
         width *= 1.3
 
 
@@ -307,13 +329,15 @@ class _Clusters:
     """What sends light, in the receiver's axes.
 
     middle, facing : (c, 3) and their mean normals; areas : (c,) [m2]
-    points : (n, 3) of their surfaces, those of one cluster from ``first`` (c + 1,) on
+    points, in_sender : (n, 3) of their surfaces, also in the sender's axes, those of one cluster
+        from ``first`` (c + 1,) on
     """
 
-    middle: Array
-    facing: Array
-    areas: Array
-    points: Array
+    middle: Array32
+    facing: Array32
+    areas: Array32
+    points: Array32
+    in_sender: Array32
     first: IndexArray
 
 
@@ -323,41 +347,70 @@ def _form_factors(
     sender_from_receiver: Array,
     points: tuple[Array32, Array32],
     clusters: _Clusters,
-) -> tuple[Array32, NDArray[np.int16]]:
-    """(n, c) share of each point's hemisphere that each cluster fills, as a disc of its area, and
-    the cell of the sky behind it.
+) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
+    """(n, c) csr, share of each point's hemisphere that each cluster fills, as a disc of its area,
+    and (n, 96) the same of the cells of the sky behind them.
 
     points : (n, 3) places and normals
     """
     places, normals = points
-    areas = clusters.areas
-    middle, facing = clusters.middle, clusters.facing
-    square = (
-        np.sum(middle**2, axis=1) + np.sum(places**2, axis=1)[:, None] - 2.0 * places @ middle.T
-    )
-    here = normals @ middle.T - np.sum(places * normals, axis=1)[:, None]
-    cosine_at_cluster = places @ facing.T - np.sum(middle * facing, axis=1)
-    square = np.maximum(square, 1e-9)
-    factors = np.maximum(here, 0.0) * np.maximum(cosine_at_cluster, 0.0) * areas
-    factors /= square * (np.pi * square + areas)
-    place, cluster = np.nonzero(factors > 1e-6)
+    place, cluster = _facing(places, normals, clusters)
     # Neighbouring places look at different points of a cluster: what hides a part of it hides it
     # from as many.
     number = np.diff(clusters.first)[cluster]
     point = clusters.first[cluster] + (place * 7 + cluster * 3) % number
     turn, shift = sender_from_receiver[:3, :3], sender_from_receiver[:3, 3]
-    way = clusters.points[point] - places[place]
-    hidden = np.zeros(len(place), dtype=np.bool_)
-    ways = (
-        (sender, places[place] @ turn.T + shift, way @ turn.T),
-        (receiver, places[place].astype(np.float64), way),
+    in_sender = (places @ turn.T + shift).astype(np.float32)
+    for body, starts, ends in (
+        (receiver, places, clusters.points),
+        (sender, in_sender, clusters.in_sender),
+    ):
+        origins = np.take(starts, place, axis=0)
+        ways = np.take(ends, point, axis=0) - origins
+        reach = np.full(len(place), 1.0 - 1e-3, dtype=np.float32)
+        seen = np.flatnonzero(~ray_tracer(body.model.posed_mesh).occluded(origins, ways, reach))
+        place, cluster, point = place[seen], cluster[seen], point[seen]
+    offset = np.take(clusters.middle, cluster, axis=0) - np.take(places, place, axis=0)
+    here = np.einsum("ij,ij->i", offset, np.take(normals, place, axis=0))
+    there = -np.einsum("ij,ij->i", offset, np.take(clusters.facing, cluster, axis=0))
+    square, areas = np.einsum("ij,ij->i", offset, offset), clusters.areas[cluster]
+    square = np.maximum(square, np.float32(1e-9))
+    share = np.maximum(here, 0.0) * np.maximum(there, 0.0) * areas
+    share /= square * (np.float32(np.pi) * square + areas)
+    # Discs nearby would overlap.
+    whole = np.bincount(place, share, minlength=len(places))
+    share /= np.maximum(whole, 1.0).astype(np.float32)[place]
+
+    def of_places(columns: IndexArray, count: int) -> sparse.csr_matrix:
+        return sparse.csr_matrix((share, (place, columns)), shape=(len(places), count))
+
+    return (
+        of_places(cluster, len(clusters.areas)),
+        of_places(sky_cell(offset.astype(np.float64), CELLS_ACROSS), SKY_CELLS),
     )
-    for body, starts, rays in ways:
-        rest = np.flatnonzero(~hidden)
-        reach = np.full(len(rest), 1.0 - 1e-3, dtype=np.float32)
-        tracer = ray_tracer(body.model.posed_mesh)
-        hidden[rest] = tracer.occluded(starts[rest], rays[rest], reach)
-    factors[place[hidden], cluster[hidden]] = 0.0
-    cells = np.zeros(factors.shape, dtype=np.int16)
-    cells[place, cluster] = sky_cell(way, CELLS_ACROSS)
-    return factors.astype(np.float32), cells
+
+
+def _facing(
+    places: Array32, normals: Array32, clusters: _Clusters
+) -> tuple[IndexArray, IndexArray]:
+    """Pairs of a place and a cluster that face each other, where the cluster would fill more than
+    ``_SMALLEST`` of the hemisphere; place by place."""
+    # About a point near both, where float32 tells small distances.
+    origin = clusters.middle.mean(axis=0)
+    middle, facing, areas = clusters.middle - origin, clusters.facing, clusters.areas
+    beyond = np.linalg.norm(middle, axis=1).max()
+    # Most places look away from all clusters.
+    open_ = np.flatnonzero(np.einsum("ij,ij->i", normals, places - origin) < beyond)
+    pairs = [(open_[:0], open_[:0])]
+    for at in range(0, len(open_), _ROWS):
+        rows = open_[at : at + _ROWS]
+        here, outwards = places[rows] - origin, normals[rows]
+        square = np.sum(middle**2, axis=1) + np.sum(here**2, axis=1)[:, None]
+        square = np.maximum(square - 2.0 * here @ middle.T, np.float32(1e-9))
+        facing_it = np.maximum(outwards @ middle.T - np.sum(here * outwards, axis=1)[:, None], 0.0)
+        faced = np.maximum(here @ facing.T - np.sum(middle * facing, axis=1), 0.0)
+        least = _SMALLEST * square * (np.float32(np.pi) * square + areas)
+        place, cluster = np.nonzero(facing_it * faced * areas > least)
+        pairs.append((rows[place], cluster))
+    place, cluster = (np.concatenate(numbers) for numbers in zip(*pairs, strict=True))
+    return place, cluster

@@ -123,7 +123,7 @@ class NeighbourLight:
         for near, light in zip(neighbours, sent_by, strict=True):
             at_places += near.to_body.at_places(light)
             if cells is not None:
-                hidden += np.einsum("sc,sc->s", near.to_body.to_places, cells[near.to_body.cells])
+                hidden += near.to_body.hides @ cells
         return FromNeighbours(exitance=exitance, at_rows=at_places[of_row], hidden=hidden[of_row])
 
     def _lit(

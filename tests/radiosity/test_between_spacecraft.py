@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import moderngl
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from simgl.arrays import Array
-from simgl.radiosity.between_spacecraft import NearBody, in_steps, light_path
+from simgl.radiosity.between_spacecraft import NearBody, clusters_of, in_steps, light_path
 from simgl.radiosity.convex_transport import convex_transport
 from simgl.radiosity.incident_light import incident_light, incident_light_with_neighbours
 from tests.radiosity.near_spacecraft import WHITE, from_other_surfaces, square_seen, two_boxes
@@ -45,6 +46,26 @@ def test_a_square_before_another_fills_the_share_of_its_hemisphere() -> None:
         np.testing.assert_allclose(share, wanted, rtol=0.01)
 
 
+def test_another_one_close_by_fills_at_most_the_whole_hemisphere() -> None:
+    first, second, second_from_first = boxes(0.05)
+    shares = light_path(first, second, second_from_first).to_places.sum(axis=1)
+    assert shares.max() <= 1.0 + 1e-5
+    # Its discs would fill 1.14 of it.
+    assert shares.max() > 0.9
+
+
+def test_a_large_sender_has_as_many_clusters_as_are_allowed() -> None:
+    """Its parts are a millimetre and 100 m from the receiver: steps of a factor of 1e5."""
+    rng = np.random.default_rng(4)
+    distance = 10.0 ** rng.uniform(-3.0, 2.0, 20_000)
+    points = (rng.choice([-1.0, 1.0], (20_000, 3)) * distance[:, None]).astype(np.float32)
+    normals = rng.normal(size=(20_000, 3)).astype(np.float32)
+    with np.errstate(all="raise"):
+        number = clusters_of(points, normals, distance, 64)
+    assert number.min() == 0
+    assert number.max() < 64
+
+
 def test_what_hides_the_other_one_hides_its_light() -> None:
     first, second, second_from_first = boxes(2.0)
     behind = second_from_first.copy()
@@ -72,6 +93,16 @@ def test_without_the_key_and_from_afar_nothing_comes(gl: moderngl.Context) -> No
     pose = replace(chaser.pose, position=np.array([30.0, 0.0, 0.0]))
     far = replace(state, bodies={"target": target, "chaser": replace(chaser, pose=pose)})
     assert incident_light_with_neighbours(far, target).lit_by == ()
+
+
+def test_rounding_errors_do_not_tell_half_turns_apart() -> None:
+    half = np.eye(4)
+    for axis in (np.array([0.0, 0.0, 1.0]), np.array([0.6, -0.48, 0.64])):
+        steps = []
+        for error in (-1e-9, 1e-9):
+            half[:3, :3] = Rotation.from_rotvec((np.pi + error) * axis).as_matrix()
+            steps.append(in_steps(half, 1.0))
+        np.testing.assert_array_equal(*steps)
 
 
 def test_poses_in_steps_are_within_a_sixty_fourth() -> None:
