@@ -8,7 +8,6 @@ stand to each other alone, and is known again while they do.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -22,7 +21,6 @@ from simgl.radiosity.hemisphere import CELLS_ACROSS, SKY_CELLS, sky_cell
 from simgl.radiosity.light_transport import LightTransport, matrix_nbytes
 from simgl.radiosity.occlusion import inside_others
 from simgl.radiosity.patches import SAMPLES
-from simgl.radiosity.solver import Blocker
 from simgl.radiosity.transport_store import lit_mesh
 from simgl.rays import RayTracer, ray_tracer
 from simgl.scene.posed_mesh import PosedMesh
@@ -121,11 +119,6 @@ class LightPath:
         return self.to_places @ exitance
 
     @property
-    def largest_share(self) -> float:
-        """Of a patch's hemisphere that the sender fills."""
-        return float(self.to_patches.sum(axis=1).max())
-
-    @property
     def nbytes(self) -> int:
         """Size of its arrays."""
         return sum(matrix_nbytes(m) for m in (self.to_places, self.to_patches, self.hides))
@@ -139,12 +132,13 @@ def in_steps(other_from_body: Array, reach: float) -> Array:
     result = np.eye(4)
     step = 2.0 ** np.floor(np.log2(max(STEP * reach, 1e-6)))
     result[:3, 3] = step * np.round(other_from_body[:3, 3] / step)
-    turn = STEP * np.round(Rotation.from_matrix(other_from_body[:3, :3]).as_rotvec() / STEP)
+    turn = STEP * np.round(Rotation.from_matrix(other_from_body[:3, :3]).as_rotvec() / STEP) + 0.0
     # Half a turn is one either way: rounding errors do not choose.
     if np.linalg.norm(turn) > np.pi - STEP and turn[np.flatnonzero(turn)[0]] < 0.0:
         turn = -turn
     result[:3, :3] = Rotation.from_rotvec(turn).as_matrix()
-    return result
+    # Without negative zeros: equal poses have equal bits.
+    return result + 0.0
 
 
 def light_path(receiver: NearBody, sender: NearBody, sender_from_receiver: Array) -> LightPath:
@@ -211,26 +205,6 @@ def _clustered(
         first=np.searchsorted(cluster[order], np.arange(count + 1)),
     )
     return clusters, share
-
-
-def sun_cosines(
-    body: NearBody, samples: IndexArray, direction: Array, blockers: Sequence[Blocker]
-) -> Array32:
-    """(n,) cosines of some of a body's samples to the Sun, 0 where it is not seen.
-
-    direction : (3,) unit, towards the Sun, body axes
-    blockers : other bodies
-    """
-    points, normals = body.samples[0][samples], body.samples[1][samples]
-    cosines = np.maximum(normals @ direction.astype(np.float32), 0.0)
-    lit = np.flatnonzero(cosines > 0.0)
-    rays = np.broadcast_to(direction, (len(lit), 3))
-    hidden = ray_tracer(body.model.posed_mesh).occluded(points[lit], rays)
-    for blocker in blockers:
-        turn, shift = blocker.other_from_body[:3, :3], blocker.other_from_body[:3, 3]
-        hidden |= blocker.tracer.occluded(points[lit] @ turn.T + shift, rays @ turn.T)
-    cosines[lit[hidden]] = 0.0
-    return cosines
 
 
 def _distance(body: NearBody, points: Array) -> Array:

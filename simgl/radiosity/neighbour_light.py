@@ -1,40 +1,39 @@
-"""Light that a spacecraft gets from those near it, frame by frame; what stays is cached."""
+"""Light that spacecraft near each other exchange, frame by frame; what stays is cached."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from simgl.arrays import Array, Array32
-from simgl.environment_map import SkyRadiance, turned
+from simgl.arrays import Array32
+from simgl.environment_map import SkyRadiance
 from simgl.lru_cache import MANY, LruCache
-from simgl.radiosity.between_spacecraft import (
-    LightPath,
-    NearBody,
-    in_steps,
-    light_path,
-    sun_cosines,
-)
+from simgl.radiosity.alone_light import AloneLight
+from simgl.radiosity.between_spacecraft import LightPath, NearBody, in_steps, light_path
 from simgl.radiosity.convex_transport import convex_transport
-from simgl.radiosity.incident_light import IncidentLight, LitNeighbour
+from simgl.radiosity.incident_light import NearPair, faded
 from simgl.radiosity.light_transport import GatherMatrix, LightTransport
 from simgl.radiosity.patch_light import PatchLight
 from simgl.radiosity.sky_cells import sky_cells
-from simgl.radiosity.transport_store import MAX_BYTES, JointLight, TransportStore
+from simgl.radiosity.transport_store import MAX_BYTES
 from simgl.scene.spacecraft import SpacecraftModel
 
 _MAX_BODIES = 32
-# Light goes back and forth until so much is left of it, at most so many times.
-_LEFT, _MAX_JOURNEYS = 0.01, 8
+# Light goes back and forth while it brings a body so much of the light that leaves it, at most so
+# many times. Of less, what the body sends to itself and back is left out.
+_ENOUGH, _MAX_JOURNEYS = 5e-3, 8
+# Of the bounces on each body in between: they are a part of a part of its light.
+_RESIDUAL = 0.03
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FromNeighbours:
     """What a body gets from those around it.
 
-    exitance : (p, 4) of its patches with that light after all bounces [W m-2]
-    at_rows : (r, 4) of its vertices and their sides [W m-2]
+    exitance : (p, 4) that their light adds to its patches, after all bounces [W m-2]
+    at_rows : (r, 4) irradiance of its vertices and their sides [W m-2]
     hidden : (r,) irradiance by the sky behind them over pi, mean of the bands [W m-2 sr-1]
     """
 
@@ -55,20 +54,53 @@ class FromNeighbours:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class _Near:
-    """A neighbour.
+class _Way:
+    """How light goes between two of some bodies, and how much of it counts."""
 
-    exitance : (q, 4) of its patches, but for what comes from the body and for the Sun's light
-        before any bounce [W m-2]
-    sunlit : (c, 4) that light in its clusters [W m-2]
-    to_body, to_neighbour : how its light comes to the body, and that of the body to it
+    pair: NearPair
+    path: LightPath
+
+
+class Exchange:
+    """The light of bodies after all journeys between them.
+
+    bodies : with the light that each would have alone
+    sent : (c, 4) exitance of the clusters of each way [W m-2]
+    more : (p, 4) what the exchange adds to the exitance of each body [W m-2]
     """
 
-    sender: NearBody
-    exitance: Array32
-    sunlit: Array32
-    to_body: LightPath
-    to_neighbour: LightPath
+    def __init__(
+        self,
+        bodies: Sequence[NearBody],
+        skies: Sequence[SkyRadiance | None],
+        ways: Sequence[_Way],
+        sent: Sequence[Array32],
+        more: Sequence[Array32],
+    ) -> None:
+        self._bodies, self._skies, self._more = bodies, skies, more
+        self._arriving = [
+            (way.pair.receiver, np.float32(way.pair.weight), way.path, light)
+            for way, light in zip(ways, sent, strict=True)
+        ]
+
+    def received(self, number: int) -> FromNeighbours:
+        """What one of the bodies gets."""
+        places, _, of_row = self._bodies[number].places
+        light = np.zeros((len(places), 4), dtype=np.float32)
+        hidden = np.zeros(len(places), dtype=np.float32)
+        sky = self._skies[number]
+        cells = None if sky is None else sky_cells(sky).mean(axis=1)
+        for receiver, weight, path, sent in self._arriving:
+            if receiver != number:
+                continue
+            light += path.at_places(weight * sent)
+            if cells is not None:
+                hidden += path.hides @ (weight * cells)
+        return FromNeighbours(
+            exitance=self._more[number],
+            at_rows=np.take(light, of_row, axis=0),
+            hidden=hidden[of_row],
+        )
 
 
 class NeighbourLight:
@@ -77,108 +109,103 @@ class NeighbourLight:
     light : solves for what leaves the patches of each
     """
 
-    def __init__(self, transports: TransportStore, light: PatchLight) -> None:
-        self._transports, self._light = transports, light
-        self._convex = LruCache[tuple[str, bool], LightTransport](_MAX_BODIES)
+    def __init__(self, light: PatchLight) -> None:
+        self._light = light
+        self._coarse = LruCache[tuple[str, bool], LightTransport](_MAX_BODIES)
         self._bodies = LruCache[tuple[object, ...], NearBody](_MAX_BODIES)
         self._paths = LruCache[tuple[object, ...], LightPath](MANY, max_bytes=MAX_BYTES)
 
-    def transport(self, model: SpacecraftModel, joint_light: JointLight) -> LightTransport:
-        """How light goes on a body that sees itself or does not."""
-        transport = self._transports.of(model, joint_light)
-        if transport is not None:
-            return transport
+    def coarse_transport(self, model: SpacecraftModel) -> LightTransport:
+        """How light goes on a body whose surfaces do not see each other, or that is not drawn."""
         key = model.posed_mesh.digest, model.open_sheets
-        return self._convex.get(key, lambda: convex_transport(model))
+        return self._coarse.get(key, lambda: convex_transport(model))
 
-    def received(
+    def exchange(self, alone: Sequence[AloneLight], pairs: Sequence[NearPair]) -> Exchange:
+        """The light of spacecraft after all journeys between them."""
+        for cache, count in ((self._coarse, len(alone)), (self._bodies, len(alone))):
+            cache.reserve(count)
+        self._paths.reserve(len(pairs))
+        bodies = [self._body(one) for one in alone]
+        ways = [
+            _Way(pair=pair, path=self._path(bodies[pair.receiver], bodies[pair.sender], pair))
+            for pair in pairs
+        ]
+        sunlit = [self._sunlit(one, body) for one, body in zip(alone, bodies, strict=True)]
+        sent = []
+        for way in ways:
+            rest, samples = sunlit[way.pair.sender]
+            first = way.path.senders @ rest
+            if samples is not None:
+                first += way.path.means @ np.take(samples, way.path.samples, axis=0)
+            sent.append(first)
+        more = [np.zeros_like(one.exitance) for one in alone]
+        added = sent
+        for _ in range(_MAX_JOURNEYS):
+            bounced = self._bounced(alone, more, ways, added)
+            if not bounced:
+                break
+            for number, light in bounced.items():
+                more[number] = more[number] + light
+            added = [_sent_on(way, bounced) for way in ways]
+            sent = [a + b for a, b in zip(sent, added, strict=True)]
+        return Exchange(bodies, [one.sky for one in alone], ways, sent, more)
+
+    def _sunlit(self, one: AloneLight, body: NearBody) -> tuple[Array32, Array32 | None]:
+        """(p, 4) exitance but for the Sun's light before any bounce, and (n, 4) that light at the
+        sample points: large patches of a hull bend, and their mean is not what is seen of them."""
+        sun = one.incident.sun_irradiance.astype(np.float32)
+        if not sun.any():
+            return one.exitance, None
+        direct = sun * self._light.of_direct_sun(one.model, one.transport, one.incident)
+        cosines = self._light.sun_at_samples(one.model, one.transport, one.incident)
+        reflected = sun * self._light.albedo(one.model, one.transport)
+        at_samples = cosines[one.transport.point_open]
+        light = at_samples[:, None] * np.take(reflected, body.samples[3], axis=0)
+        return one.exitance - direct, light
+
+    def _bounced(
         self,
-        model: SpacecraftModel,
-        sky: SkyRadiance | None,
-        incident: IncidentLight,
-        joint_light: JointLight,
-    ) -> FromNeighbours:
-        """The light of all that are near, with what goes back and forth between them and the body.
+        alone: Sequence[AloneLight],
+        more: Sequence[Array32],
+        ways: Sequence[_Way],
+        sent: Sequence[Array32],
+    ) -> dict[int, Array32]:
+        """(p, 4) exitance that light just sent adds to bodies, where it is not too little beside
+        their own and what others have added so far."""
+        arriving: dict[int, Array32] = {}
+        for way, light in zip(ways, sent, strict=True):
+            at = way.path.at_patches(np.float32(way.pair.weight) * light)
+            number = way.pair.receiver
+            arriving[number] = arriving[number] + at if number in arriving else at
+        bounced = {}
+        for number, irradiance in arriving.items():
+            one = alone[number]
+            areas = one.transport.areas
+            present = float((areas @ one.exitance).sum() + (areas @ more[number]).sum())
+            added = float((areas @ irradiance).sum()) / max(present, 1e-30)
+            weight = faded(added, _ENOUGH)
+            if weight > 0.0:
+                light = np.float32(weight) * irradiance
+                bounced[number] = self._light.reflected(one.model, one.transport, light, _RESIDUAL)
+        return bounced
 
-        Light that goes from one neighbour to another is left out.
-        """
-        receiver = self._body(model, joint_light)
-        separate = exitance = self._light.exitance(model, receiver.transport, sky, incident)
-        neighbours = [self._lit(receiver, lit, sky, joint_light) for lit in incident.lit_by]
-        leaves = max(n.to_body.largest_share * n.to_neighbour.largest_share for n in neighbours)
-        for _ in range(_journeys(leaves)):
-            at_patches = np.zeros((len(receiver.transport.areas), 4), dtype=np.float32)
-            sent_by = []
-            for near in neighbours:
-                sender = near.sender
-                again = near.to_neighbour.at_patches(near.to_neighbour.senders @ exitance)
-                again = self._light.reflected(sender.model, sender.transport, again)
-                sent_by.append(near.sunlit + near.to_body.senders @ (near.exitance + again))
-                at_patches += near.to_body.at_patches(sent_by[-1])
-            exitance = separate + self._light.reflected(model, receiver.transport, at_patches)
-        places, _, of_row = receiver.places
-        at_places = np.zeros((len(places), 4), dtype=np.float32)
-        hidden = np.zeros(len(places), dtype=np.float32)
-        cells = None if sky is None else sky_cells(sky).mean(axis=1)
-        for near, light in zip(neighbours, sent_by, strict=True):
-            at_places += near.to_body.at_places(light)
-            if cells is not None:
-                hidden += near.to_body.hides @ cells
-        return FromNeighbours(exitance=exitance, at_rows=at_places[of_row], hidden=hidden[of_row])
-
-    def _lit(
-        self,
-        receiver: NearBody,
-        lit: LitNeighbour,
-        sky: SkyRadiance | None,
-        joint_light: JointLight,
-    ) -> _Near:
-        other = lit.neighbour
-        sender = self._body(other.model, joint_light)
-        to_body, to_neighbour = self._both_ways(receiver, sender, lit)
-        around = None if sky is None else turned(sky, other.other_from_body[:3, :3].T)
-        sent = self._light.exitance(other.model, sender.transport, around, lit.light)
-        sunlit = np.zeros((to_body.means.shape[0], 4), dtype=np.float32)
-        sun = lit.light.sun_irradiance.astype(np.float32)
-        if sun.any():
-            # Large patches of a hull bend: their mean is not what is seen of them.
-            sent = sent - sun * self._light.of_direct_sun(other.model, sender.transport, lit.light)
-            blockers = [neighbour.blocker() for neighbour in lit.light.before_sun]
-            cosines = sun_cosines(sender, to_body.samples, lit.light.sun_direction, blockers)
-            albedo = self._light.albedo(other.model, sender.transport)
-            patch = sender.samples[3][to_body.samples]
-            sunlit = to_body.means @ (cosines[:, None] * albedo[patch] * sun)
-        return _Near(
-            sender=sender, exitance=sent, sunlit=sunlit, to_body=to_body, to_neighbour=to_neighbour
-        )
-
-    def _body(self, model: SpacecraftModel, joint_light: JointLight) -> NearBody:
-        transport = self.transport(model, joint_light)
+    def _body(self, one: AloneLight) -> NearBody:
+        model, transport = one.model, one.transport
         key = transport.digest, model.posed_mesh.digest, model.open_sheets
         return self._bodies.get(key, lambda: NearBody(model=model, transport=transport))
 
-    def _both_ways(
-        self, receiver: NearBody, sender: NearBody, lit: LitNeighbour
-    ) -> tuple[LightPath, LightPath]:
-        """From the sender to the receiver, and back."""
-        matrix = in_steps(lit.neighbour.other_from_body, lit.gap)
-        inverse: Array = np.linalg.inv(matrix).astype(np.float64)
-        key = matrix.tobytes()
-        to_body = self._paths.get(
-            (receiver.key, sender.key, key),
+    def _path(self, receiver: NearBody, sender: NearBody, pair: NearPair) -> LightPath:
+        matrix = in_steps(pair.sender_from_receiver, pair.reach)
+        return self._paths.get(
+            (receiver.key, sender.key, matrix.tobytes()),
             lambda: light_path(receiver, sender, matrix),
             lambda path: path.nbytes,
         )
-        to_neighbour = self._paths.get(
-            (sender.key, receiver.key, key, "back"),
-            lambda: light_path(sender, receiver, inverse),
-            lambda path: path.nbytes,
-        )
-        return to_body, to_neighbour
 
 
-def _journeys(leaves: float) -> int:
-    """There and back again, each of which leaves so much of the light."""
-    if leaves <= _LEFT:
-        return 1
-    return min(int(np.ceil(np.log(_LEFT) / np.log(min(leaves, 0.999)))), _MAX_JOURNEYS)
+def _sent_on(way: _Way, bounced: dict[int, Array32]) -> Array32:
+    """(c, 4) what the sender of a way sends of light that bounced [W m-2]."""
+    light = bounced.get(way.pair.sender)
+    if light is None:
+        return np.zeros((way.path.senders.shape[0], 4), dtype=np.float32)
+    return way.path.senders @ light

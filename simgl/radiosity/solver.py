@@ -112,11 +112,17 @@ def _contraction(form_factors: sparse.csr_matrix, albedo: Array) -> float:
     return min(bound, 1.0 - 1e-6)
 
 
-def radiosity(transport: LightTransport, surface: Reflectors, emitted: Array32) -> Array32:
+def radiosity(
+    transport: LightTransport,
+    surface: Reflectors,
+    emitted: Array32,
+    residual: float = RESIDUAL,
+) -> Array32:
     """(p, 4) or (p, 4, n) exitance of the patches after all bounces [W m-2].
 
     emitted : exitance before any bounce, of one light or of n separate ones; a light gets the same
         bits among others as by itself
+    residual : what is left of the error of the first guess
 
     x = M x + c with Chebyshev's acceleration (Golub & Varga 1961): after k steps the error is below
     2 r^k of the first, r = mu / (1 + sqrt(1 - mu^2)) for a spectrum in -mu .. mu. The first guess
@@ -137,7 +143,7 @@ def radiosity(transport: LightTransport, surface: Reflectors, emitted: Array32) 
     ratio = (once * twice).sum(axis=0) / np.maximum((once * once).sum(axis=0), np.float32(1e-30))
     older = emitted + once + twice / (1.0 - np.clip(ratio, 0.0, np.float32(mu)))
     newer, omega = older, 1.0
-    steps = min(int(np.ceil(np.log(0.5 * RESIDUAL) / np.log(rate))) - 2, _MAX_STEPS)
+    steps = min(int(np.ceil(np.log(0.5 * residual) / np.log(rate))) - 2, _MAX_STEPS)
     for step in range(steps):
         next_ = bounced(newer) + emitted
         if step == 0:

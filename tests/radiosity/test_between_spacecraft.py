@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import moderngl
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -11,8 +9,15 @@ from scipy.spatial.transform import Rotation
 from simgl.arrays import Array
 from simgl.radiosity.between_spacecraft import NearBody, clusters_of, in_steps, light_path
 from simgl.radiosity.convex_transport import convex_transport
-from simgl.radiosity.incident_light import incident_light, incident_light_with_neighbours
-from tests.radiosity.near_spacecraft import WHITE, from_other_surfaces, square_seen, two_boxes
+from simgl.view.near_spacecraft import near_groups
+from tests.radiosity.near_spacecraft import (
+    WHITE,
+    box_behind_bay,
+    from_other_surfaces,
+    large_and_small,
+    square_seen,
+    two_boxes,
+)
 from tests.scenes import IN_BANDS
 
 # The light of the one that shines onto the other's face, away from the Sun.
@@ -83,16 +88,48 @@ def test_a_face_in_shadow_shows_the_light_of_the_sunlit_one_across(gl: moderngl.
     np.testing.assert_allclose(light[62:66, 62:66].mean(), wanted, rtol=0.02)
 
 
-def test_without_the_key_and_from_afar_nothing_comes(gl: moderngl.Context) -> None:
+def test_without_the_key_nothing_comes(gl: moderngl.Context) -> None:
     alone, _ = from_other_surfaces(gl, two_boxes(2.0, SUN, between_spacecraft=False))
     assert not alone.any()
-    state = (scenario := two_boxes(2.0, SUN)).at(scenario.epoch_tai_ns)
-    target, chaser = state.bodies["target"], state.bodies["chaser"]
-    assert len(incident_light_with_neighbours(state, target).lit_by) == 1
-    assert incident_light(state, target).lit_by == ()
-    pose = replace(chaser.pose, position=np.array([30.0, 0.0, 0.0]))
-    far = replace(state, bodies={"target": target, "chaser": replace(chaser, pose=pose)})
-    assert incident_light_with_neighbours(far, target).lit_by == ()
+
+
+def weight(apart: float) -> float:
+    """Of the light from one white box of 1 m to another that is so far from its middle [m]."""
+    state = (scenario := two_boxes(apart - 0.5, SUN)).at(scenario.epoch_tai_ns)
+    group = near_groups(state).get("target")
+    return 0.0 if group is None else group.pairs[0].weight
+
+
+def test_light_fades_where_it_is_a_thousandth_of_the_light_on_the_sender() -> None:
+    # Seen along its diagonal a cube of 1 m covers sqrt(3) m2.
+    far = np.sqrt(WHITE * np.sqrt(3.0) / np.pi / 1e-3)
+    assert weight(1.01 * far) == 0.0
+    assert weight(0.99 * far / np.sqrt(2.0)) == 1.0
+    # Half of the way in share; the step there is the steepest, 1.5 / 1e-3.
+    assert abs(weight(far / np.sqrt(1.5)) - 0.5) < 1e-6
+    weights = [weight(d) for d in np.linspace(far / np.sqrt(2.0), far, 200)]
+    assert np.abs(np.diff(weights)).max() < 0.01
+
+
+def test_only_those_whose_light_arrives_are_in_a_group() -> None:
+    """A small box sends too little to a large one, and gets its light."""
+    state = (scenario := large_and_small(40.0)).at(scenario.epoch_tai_ns)
+    groups = near_groups(state)
+    assert list(groups) == ["chaser"]
+    assert [one.instance for one in groups["chaser"].spacecraft] == [1, 2]
+    assert [(p.receiver, p.sender) for p in groups["chaser"].pairs] == [(1, 0)]
+
+
+def test_sunlight_on_a_bay_stays_as_fine_beside_another_spacecraft(gl: moderngl.Context) -> None:
+    """What a box behind the bay's back sends does not come into the bay."""
+    alone, _ = from_other_surfaces(gl, box_behind_bay(between_spacecraft=False))
+    scenario = box_behind_bay()
+    light, instance = from_other_surfaces(gl, scenario)
+    groups = near_groups(scenario.at(scenario.epoch_tai_ns))
+    assert len(groups["target"].pairs) == 2
+    bay = instance == 1
+    # The hull's flanks get some of it and send it on.
+    np.testing.assert_allclose(light[bay], alone[bay], rtol=0.0, atol=3e-3 * alone[bay].mean())
 
 
 def test_rounding_errors_do_not_tell_half_turns_apart() -> None:
