@@ -76,7 +76,7 @@ class InterreflectionPass:
     ) -> None:
         self._ctx, self._transports, self._executor = ctx, transports, executor
         self.light = PatchLight()
-        self._neighbours = NeighbourLight(self.light)
+        self._neighbours = NeighbourLight(transports, self.light)
         self._next_poses = NextPoses(transports, self.light)
         self._next_sunlight = NextSunlight()
         # One for each spacecraft of the largest scene so far.

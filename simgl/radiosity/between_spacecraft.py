@@ -23,7 +23,7 @@ from simgl.radiosity.occlusion import inside_others
 from simgl.radiosity.patches import SAMPLES
 from simgl.radiosity.transport_store import lit_mesh
 from simgl.rays import RayTracer, ray_tracer
-from simgl.scene.posed_mesh import PosedMesh
+from simgl.scene.mesh import Mesh
 from simgl.scene.spacecraft import SpacecraftModel
 
 # Clusters are so wide for each metre of their distance from the other spacecraft, and at most so
@@ -38,17 +38,16 @@ STEP = 1.0 / 64.0
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class NearBody:
-    """A spacecraft with its transport, as others near it see it, in its own axes."""
+    """A spacecraft with its transport, as others near it see it, in its own axes.
+
+    standing : (s,) of ``standing_rows``
+    """
 
     model: SpacecraftModel
     transport: LightTransport
+    standing: IndexArray
 
-    @cached_property
-    def mesh(self) -> PosedMesh:
-        """What gathers light, with the joints where they are."""
-        return lit_mesh(self.model, self.transport)
-
-    @cached_property
+    @property
     def key(self) -> tuple[str, str]:
         """Equal for equal bodies at equal poses."""
         return self.transport.digest, self.model.posed_mesh.digest
@@ -57,44 +56,54 @@ class NearBody:
     def places(self) -> tuple[Array32, Array32, IndexArray]:
         """(s, 3) places that gather light and their normals, and which one each row of vertex and
         side takes (r,)."""
-        mesh, transport = self.mesh.baked(), self.transport
-        lift = np.float32(LIFT * mesh.radius)
-        positions, normals = [], []
-        outwards = unit_rows(mesh.normals.astype(np.float64)).astype(np.float32)
-        for side in (1.0, -1.0)[: transport.sides]:
-            normals.append(np.float32(side) * outwards)
-            positions.append(mesh.positions + lift * normals[-1])
-        place, normal = np.concatenate(positions), np.concatenate(normals)
-        of_row = transport.gather_point_of_vertex.ravel()
-        # Vertices of one gather point lie side by side; those inside other parts do not stand for
-        # it where another one does.
-        hidden = np.zeros(len(place), dtype=np.bool_)
-        if transport.sides == 1 and transport.form_factors.nnz:
-            tracer = RayTracer(mesh)
-            hidden = inside_others(
-                mesh, tracer, place.astype(np.float64), normal.astype(np.float64)
-            )
-        order = np.lexsort((hidden, of_row))
-        points, first = np.unique(of_row[order], return_index=True)
-        chosen = order[first]
-        number = np.searchsorted(points, transport.gather_point_of_vertex.T.ravel())
-        return place[chosen], normal[chosen], number
+        mesh = lit_mesh(self.model, self.transport)
+        place, normal = (
+            rows[self.standing] for rows in _lifted(mesh.baked(), self.transport.sides)
+        )
+        of_row = self.transport.vertex_rows
+        return place, normal, np.unique(of_row, return_inverse=True)[1].ravel()
 
     @cached_property
     def samples(self) -> tuple[Array32, Array32, Array, IndexArray]:
         """(n, 3) sample points of its patches that are outside other parts and the normals there,
-        their parts of the area [m2] and the patches (n,)."""
+        their parts of the area [m2] and their numbers among all (n,)."""
         transport = self.transport
-        patch, sample = np.nonzero(transport.point_open)
-        area = (transport.areas / SAMPLES)[patch].astype(np.float64)
-        return transport.points[patch, sample], transport.normals[patch, sample], area, patch
+        number = np.flatnonzero(transport.point_open)
+        area = (transport.areas / SAMPLES)[number // SAMPLES].astype(np.float64)
+        points, normals = (a.reshape(-1, 3) for a in (transport.points, transport.normals))
+        return points[number], normals[number], area, number
+
+
+def standing_rows(transport: LightTransport) -> IndexArray:
+    """(s,) for each gather point the row of a vertex and side that stands for it.
+
+    Vertices of one gather point lie side by side; those inside other parts do not stand for it
+    where another one does. Where joints move parts, they stay as they are.
+    """
+    place, normal = _lifted(transport.mesh, transport.sides)
+    hidden = np.zeros(len(place), dtype=np.bool_)
+    if transport.sides == 1 and transport.form_factors.nnz:
+        mesh, tracer = transport.mesh, RayTracer(transport.mesh)
+        hidden = inside_others(mesh, tracer, place.astype(np.float64), normal.astype(np.float64))
+    # Rows of a vertex lie beside each other; places, side after side.
+    of_place = transport.gather_point_of_vertex.ravel()
+    order = np.lexsort((hidden, of_place))
+    return order[np.unique(of_place[order], return_index=True)[1]]
+
+
+def _lifted(mesh: Mesh, sides: int) -> tuple[Array32, Array32]:
+    """(sides * v, 3) the vertices of a mesh, just above each of its sides, and normals there."""
+    lift = np.float32(LIFT * mesh.radius)
+    outwards = unit_rows(mesh.normals.astype(np.float64)).astype(np.float32)
+    normal = np.concatenate([np.float32(side) * outwards for side in (1.0, -1.0)[:sides]])
+    return np.concatenate([mesh.positions] * sides) + lift * normal, normal
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LightPath:
     """How the light of one body, the sender, comes to another one.
 
-    samples : (n,) of the sender that are seen from the receiver
+    samples : (n,) of the sender's that are seen from the receiver, by their numbers among all
     means : (c, n) csr, the mean of those in each cluster
     senders : (c, p) csr, the same of the sender's patches
     to_places : (s, c) csr, share of the hemisphere above a place that a cluster fills, weighted by
@@ -151,7 +160,8 @@ def light_path(receiver: NearBody, sender: NearBody, sender_from_receiver: Array
     if len(open_) == 0:
         return _no_path(receiver, sender)
     clusters, share = _clustered(receiver, sender, open_, sender_from_receiver)
-    patch = sender.samples[3][open_]
+    samples = sender.samples[3][open_]
+    patch = samples // SAMPLES
     of_patch = sparse.csr_matrix(
         (np.ones(len(patch), dtype=np.float32), (np.arange(len(patch)), patch)),
         shape=(len(patch), len(sender.transport.areas)),
@@ -169,7 +179,7 @@ def light_path(receiver: NearBody, sender: NearBody, sender_from_receiver: Array
     )
     to_samples, _ = seen(receiver.samples[0][chosen], receiver.samples[1][chosen])
     return LightPath(
-        samples=open_,
+        samples=samples,
         means=share,
         senders=(share @ of_patch).tocsr(),
         to_places=to_places,
@@ -222,7 +232,7 @@ def _samples_for(
 
     turn, shift : to the receiver's axes from the sender's
     """
-    patch = receiver.samples[3]
+    patch = receiver.samples[3] // SAMPLES
     centres, radii = receiver.transport.patch_spheres
     distance = _distance(sender, (centres - shift) @ turn)
     large = radii > _WIDTH * np.maximum(distance, _nearest(receiver, sender))

@@ -7,17 +7,24 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simgl.arrays import Array32
+from simgl.arrays import Array32, IndexArray
 from simgl.environment_map import SkyRadiance
 from simgl.lru_cache import MANY, LruCache
 from simgl.radiosity.alone_light import AloneLight
-from simgl.radiosity.between_spacecraft import LightPath, NearBody, in_steps, light_path
+from simgl.radiosity.between_spacecraft import (
+    LightPath,
+    NearBody,
+    in_steps,
+    light_path,
+    standing_rows,
+)
 from simgl.radiosity.convex_transport import convex_transport
 from simgl.radiosity.incident_light import NearPair, faded
 from simgl.radiosity.light_transport import GatherMatrix, LightTransport
 from simgl.radiosity.patch_light import PatchLight
+from simgl.radiosity.posed_transport import PosedTransport
 from simgl.radiosity.sky_cells import sky_cells
-from simgl.radiosity.transport_store import MAX_BYTES
+from simgl.radiosity.transport_store import MAX_BYTES, STEPS, TransportStore
 from simgl.scene.spacecraft import SpacecraftModel
 
 _MAX_BODIES = 32
@@ -109,28 +116,31 @@ class NeighbourLight:
     light : solves for what leaves the patches of each
     """
 
-    def __init__(self, light: PatchLight) -> None:
-        self._light = light
+    def __init__(self, transports: TransportStore, light: PatchLight) -> None:
+        self._transports, self._light = transports, light
         self._coarse = LruCache[tuple[str, bool], LightTransport](_MAX_BODIES)
         self._bodies = LruCache[tuple[object, ...], NearBody](_MAX_BODIES)
+        self._standing = LruCache[tuple[str, int], IndexArray](_MAX_BODIES)
         self._paths = LruCache[tuple[object, ...], LightPath](MANY, max_bytes=MAX_BYTES)
 
     def coarse_transport(self, model: SpacecraftModel) -> LightTransport:
         """How light goes on a body whose surfaces do not see each other, or that is not drawn."""
-        key = model.posed_mesh.digest, model.open_sheets
+        coarse = model.coarsely_posed(STEPS["exact"])
+        key = coarse.posed_mesh.digest, model.open_sheets
         return self._coarse.get(key, lambda: convex_transport(model))
 
     def exchange(self, alone: Sequence[AloneLight], pairs: Sequence[NearPair]) -> Exchange:
         """The light of spacecraft after all journeys between them."""
-        for cache, count in ((self._coarse, len(alone)), (self._bodies, len(alone))):
-            cache.reserve(count)
+        self._coarse.reserve(len(alone))
+        self._bodies.reserve(len(alone))
+        self._standing.reserve(len(alone))
         self._paths.reserve(len(pairs))
         bodies = [self._body(one) for one in alone]
         ways = [
             _Way(pair=pair, path=self._path(bodies[pair.receiver], bodies[pair.sender], pair))
             for pair in pairs
         ]
-        sunlit = [self._sunlit(one, body) for one, body in zip(alone, bodies, strict=True)]
+        sunlit = [self._sunlit(one) for one in alone]
         sent = []
         for way in ways:
             rest, samples = sunlit[way.pair.sender]
@@ -150,18 +160,17 @@ class NeighbourLight:
             sent = [a + b for a, b in zip(sent, added, strict=True)]
         return Exchange(bodies, [one.sky for one in alone], ways, sent, more)
 
-    def _sunlit(self, one: AloneLight, body: NearBody) -> tuple[Array32, Array32 | None]:
-        """(p, 4) exitance but for the Sun's light before any bounce, and (n, 4) that light at the
-        sample points: large patches of a hull bend, and their mean is not what is seen of them."""
+    def _sunlit(self, one: AloneLight) -> tuple[Array32, Array32 | None]:
+        """(p, 4) exitance but for the Sun's light before any bounce, and (p * n, 4) that light at
+        the sample points: large patches of a hull bend, and their mean is not what is seen."""
         sun = one.incident.sun_irradiance.astype(np.float32)
         if not sun.any():
             return one.exitance, None
         direct = sun * self._light.of_direct_sun(one.model, one.transport, one.incident)
         cosines = self._light.sun_at_samples(one.model, one.transport, one.incident)
         reflected = sun * self._light.albedo(one.model, one.transport)
-        at_samples = cosines[one.transport.point_open]
-        light = at_samples[:, None] * np.take(reflected, body.samples[3], axis=0)
-        return one.exitance - direct, light
+        at_samples = cosines[:, :, None] * reflected[:, None]
+        return one.exitance - direct, at_samples.reshape(-1, 4)
 
     def _bounced(
         self,
@@ -191,8 +200,24 @@ class NeighbourLight:
 
     def _body(self, one: AloneLight) -> NearBody:
         model, transport = one.model, one.transport
-        key = transport.digest, model.posed_mesh.digest, model.open_sheets
-        return self._bodies.get(key, lambda: NearBody(model=model, transport=transport))
+        if isinstance(transport, PosedTransport):
+            # What another one sees of it changes little over larger steps than light on it does.
+            coarse = model.coarsely_posed(STEPS["exact"], near_stay=False)
+            if coarse.posed_mesh.motion is None:
+                coarse = model.coarsely_posed(STEPS["quick"], near_stay=False)
+            posed = self._transports.of(coarse, "quick")
+            assert posed is not None
+            transport = posed
+        else:
+            coarse = model.coarsely_posed(STEPS["exact"])
+        key = transport.digest, coarse.posed_mesh.digest, model.open_sheets
+
+        def near_body() -> NearBody:
+            of_mesh = transport.mesh.digest, transport.sides
+            standing = self._standing.get(of_mesh, lambda: standing_rows(transport))
+            return NearBody(model=coarse, transport=transport, standing=standing)
+
+        return self._bodies.get(key, near_body)
 
     def _path(self, receiver: NearBody, sender: NearBody, pair: NearPair) -> LightPath:
         matrix = in_steps(pair.sender_from_receiver, pair.reach)

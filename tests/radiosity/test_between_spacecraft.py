@@ -7,8 +7,15 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from simgl.arrays import Array
-from simgl.radiosity.between_spacecraft import NearBody, clusters_of, in_steps, light_path
+from simgl.radiosity.between_spacecraft import (
+    NearBody,
+    clusters_of,
+    in_steps,
+    light_path,
+    standing_rows,
+)
 from simgl.radiosity.convex_transport import convex_transport
+from simgl.scene.spacecraft import SpacecraftModel
 from simgl.view.near_spacecraft import near_groups
 from tests.radiosity.near_spacecraft import (
     WHITE,
@@ -24,13 +31,15 @@ from tests.scenes import IN_BANDS
 SUN = (-0.8, 0.0, 0.6)
 
 
+def near_body(model: SpacecraftModel) -> NearBody:
+    transport = convex_transport(model)
+    return NearBody(model=model, transport=transport, standing=standing_rows(transport))
+
+
 def boxes(gap: float) -> tuple[NearBody, NearBody, Array]:
     """Two boxes, and the pose of the second in the axes of the first, inverted."""
     state = (scenario := two_boxes(gap, SUN)).at(scenario.epoch_tai_ns)
-    first, second = (
-        NearBody(model=body.model, transport=convex_transport(body.model))
-        for body in state.bodies.values()
-    )
+    first, second = (near_body(body.model) for body in state.bodies.values())
     matrix = np.eye(4)
     matrix[0, 3] = -(1.0 + gap)
     return first, second, matrix
