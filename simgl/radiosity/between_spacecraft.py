@@ -16,15 +16,12 @@ from scipy import sparse
 from scipy.spatial.transform import Rotation
 
 from simgl.arrays import Array, Array32, IndexArray
-from simgl.radiosity.gather_points import LIFT, unit_rows
+from simgl.radiosity.gather_points import unit_rows
 from simgl.radiosity.hemisphere import CELLS_ACROSS, SKY_CELLS, sky_cell
-from simgl.radiosity.light_transport import LightTransport, matrix_nbytes
-from simgl.radiosity.occlusion import inside_others
+from simgl.radiosity.light_transport import matrix_nbytes
+from simgl.radiosity.near_body import NearBody
 from simgl.radiosity.patches import SAMPLES
-from simgl.radiosity.transport_store import lit_mesh
-from simgl.rays import RayTracer, ray_tracer
-from simgl.scene.mesh import Mesh
-from simgl.scene.spacecraft import SpacecraftModel
+from simgl.rays import ray_tracer
 
 # Clusters are so wide for each metre of their distance from the other spacecraft, and at most so
 # many: as many as make so many pairs with its places, within these limits.
@@ -32,118 +29,161 @@ _WIDTH, _PAIRS, _LIMITS = 0.25, 800_000, (64, 1024)
 # Clusters that would fill less of a hemisphere do not count. They are looked for from so many
 # places together, few enough for the processor's cache.
 _SMALLEST, _ROWS = 1e-6, 2048
-# Poses of one to the other are known in steps of this share of their distance, and this turn [rad].
-STEP = 1.0 / 64.0
+# Shares of their distance and turns [rad]: which places see which clusters is known in such steps
+# of the pose of one to the other, and how much of a hemisphere those fill in these small ones.
+STEP, FINE_STEP = 1.0 / 32.0, 1.0 / 4096.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class NearBody:
-    """A spacecraft with its transport, as others near it see it, in its own axes.
+class Clusters:
+    """What a body sends light as, in its own axes.
 
-    standing : (s,) of ``standing_rows``
+    middle, facing : (c, 3) and their mean normals; areas : (c,) [m2]
     """
 
-    model: SpacecraftModel
-    transport: LightTransport
-    standing: IndexArray
+    middle: Array32
+    facing: Array32
+    areas: Array32
 
-    @property
-    def key(self) -> tuple[str, str]:
-        """Equal for equal bodies at equal poses."""
-        return self.transport.digest, self.model.posed_mesh.digest
-
-    @cached_property
-    def places(self) -> tuple[Array32, Array32, IndexArray]:
-        """(s, 3) places that gather light and their normals, and which one each row of vertex and
-        side takes (r,)."""
-        mesh = lit_mesh(self.model, self.transport)
-        place, normal = (
-            rows[self.standing] for rows in _lifted(mesh.baked(), self.transport.sides)
+    def seen_from(self, sender_from_receiver: Array) -> Clusters:
+        """The same in the axes of the receiver."""
+        turn, shift = sender_from_receiver[:3, :3], sender_from_receiver[:3, 3]
+        return Clusters(
+            middle=((self.middle - shift) @ turn).astype(np.float32),
+            facing=(self.facing @ turn).astype(np.float32),
+            areas=self.areas,
         )
-        of_row = self.transport.vertex_rows
-        return place, normal, np.unique(of_row, return_inverse=True)[1].ravel()
-
-    @cached_property
-    def samples(self) -> tuple[Array32, Array32, Array, IndexArray]:
-        """(n, 3) sample points of its patches that are outside other parts and the normals there,
-        their parts of the area [m2] and their numbers among all (n,)."""
-        transport = self.transport
-        number = np.flatnonzero(transport.point_open)
-        area = (transport.areas / SAMPLES)[number // SAMPLES].astype(np.float64)
-        points, normals = (a.reshape(-1, 3) for a in (transport.points, transport.normals))
-        return points[number], normals[number], area, number
 
 
-def standing_rows(transport: LightTransport) -> IndexArray:
-    """(s,) for each gather point the row of a vertex and side that stands for it.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SeenPairs:
+    """Points of a receiver and the clusters that are seen from them.
 
-    Vertices of one gather point lie side by side; those inside other parts do not stand for it
-    where another one does. Where joints move parts, they stay as they are.
+    points, normals : (n, 3)
+    rows : (n,) of a matrix of what they get, in order
+    parts : (n,) of its row that each point is
+    point, cluster : (k,) of each pair
     """
-    place, normal = _lifted(transport.mesh, transport.sides)
-    hidden = np.zeros(len(place), dtype=np.bool_)
-    if transport.sides == 1 and transport.form_factors.nnz:
-        mesh, tracer = transport.mesh, RayTracer(transport.mesh)
-        hidden = inside_others(mesh, tracer, place.astype(np.float64), normal.astype(np.float64))
-    # Rows of a vertex lie beside each other; places, side after side.
-    of_place = transport.gather_point_of_vertex.ravel()
-    order = np.lexsort((hidden, of_place))
-    return order[np.unique(of_place[order], return_index=True)[1]]
 
+    points: Array32
+    normals: Array32
+    rows: IndexArray
+    parts: Array32
+    point: IndexArray
+    cluster: IndexArray
 
-def _lifted(mesh: Mesh, sides: int) -> tuple[Array32, Array32]:
-    """(sides * v, 3) the vertices of a mesh, just above each of its sides, and normals there."""
-    lift = np.float32(LIFT * mesh.radius)
-    outwards = unit_rows(mesh.normals.astype(np.float64)).astype(np.float32)
-    normal = np.concatenate([np.float32(side) * outwards for side in (1.0, -1.0)[:sides]])
-    return np.concatenate([mesh.positions] * sides) + lift * normal, normal
+    def shares(self, clusters: Clusters) -> Array32:
+        """(k,) of the hemisphere above each point, weighted by the cosine, that a cluster fills,
+        as a disc of its area, times the point's part.
+
+        clusters : in the receiver's axes
+        """
+        offset = np.take(clusters.middle, self.cluster, axis=0)
+        offset -= np.take(self.points, self.point, axis=0)
+        here = np.einsum("ij,ij->i", offset, np.take(self.normals, self.point, axis=0))
+        there = -np.einsum("ij,ij->i", offset, np.take(clusters.facing, self.cluster, axis=0))
+        areas = np.take(clusters.areas, self.cluster)
+        square = np.maximum(np.einsum("ij,ij->i", offset, offset), np.float32(1e-9))
+        share = np.maximum(here, 0.0) * np.maximum(there, 0.0) * areas
+        share /= square * (np.float32(np.pi) * square + areas)
+        # Discs nearby would overlap.
+        whole = np.bincount(self.point, share, minlength=len(self.points))
+        scale = self.parts / np.maximum(whole, 1.0).astype(np.float32)
+        return np.asarray(share * np.take(scale, self.point), dtype=np.float32)
+
+    def matrix(
+        self, shares: Array32, columns: IndexArray, shape: tuple[int, int]
+    ) -> sparse.csr_matrix:
+        """Of shares in their rows and in some columns (k,), which may occur twice."""
+        first = np.searchsorted(self.rows[self.point], np.arange(shape[0] + 1))
+        return sparse.csr_matrix((shares, columns, first), shape=shape)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LightPath:
-    """How the light of one body, the sender, comes to another one.
+    """How the light of one body, the sender, comes to another one near a pose.
 
     samples : (n,) of the sender's that are seen from the receiver, by their numbers among all
     means : (c, n) csr, the mean of those in each cluster
     senders : (c, p) csr, the same of the sender's patches
-    to_places : (s, c) csr, share of the hemisphere above a place that a cluster fills, weighted by
-        the cosine
-    to_patches : (q, c) csr, of the receiver's patches
-    hides : (s, 96) csr, of which the sender stands before each cell of the receiver's sky
+    at_places, at_patches : where the receiver gathers light, and its patches
+    cells : (k,) of the receiver's sky, before which the clusters stand that places see
+    patches : number of the receiver's
     """
 
     samples: IndexArray
     means: sparse.csr_matrix
     senders: sparse.csr_matrix
-    to_places: sparse.csr_matrix
-    to_patches: sparse.csr_matrix
-    hides: sparse.csr_matrix
-
-    def at_patches(self, exitance: Array32) -> Array32:
-        """(q, 4) irradiance of the receiver's patches by the clusters' (c, 4) [W m-2]."""
-        return self.to_patches @ exitance
-
-    def at_places(self, exitance: Array32) -> Array32:
-        """(s, 4) irradiance of the receiver's places [W m-2]."""
-        return self.to_places @ exitance
+    clusters: Clusters
+    at_places: SeenPairs
+    at_patches: SeenPairs
+    cells: IndexArray
+    patches: int
 
     @property
     def nbytes(self) -> int:
         """Size of its arrays."""
-        return sum(matrix_nbytes(m) for m in (self.to_places, self.to_patches, self.hides))
+        pairs = len(self.at_places.point) + len(self.at_patches.point)
+        return 16 * pairs + self.cells.nbytes + matrix_nbytes(self.means)
 
 
-def in_steps(other_from_body: Array, reach: float) -> Array:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PosedPath:
+    """A light path at a pose of its bodies to each other.
+
+    sender_from_receiver : (4, 4) between their axes
+    """
+
+    path: LightPath
+    sender_from_receiver: Array
+
+    @cached_property
+    def to_patches(self) -> sparse.csr_matrix:
+        """(q, c) csr, share of the hemisphere above a patch that a cluster fills, weighted by the
+        cosine."""
+        pairs = self.path.at_patches
+        shape = self.path.patches, len(self._clusters.areas)
+        return pairs.matrix(pairs.shares(self._clusters), pairs.cluster, shape)
+
+    @cached_property
+    def to_places(self) -> sparse.csr_matrix:
+        """(s, c) csr, the same of the places."""
+        pairs = self.path.at_places
+        shape = len(pairs.points), len(self._clusters.areas)
+        return pairs.matrix(self._to_places, pairs.cluster, shape)
+
+    @cached_property
+    def hides(self) -> sparse.csr_matrix:
+        """(s, 96) csr, of which the sender stands before each cell of the receiver's sky."""
+        pairs = self.path.at_places
+        return pairs.matrix(self._to_places, self.path.cells, (len(pairs.points), SKY_CELLS))
+
+    @cached_property
+    def _to_places(self) -> Array32:
+        return self.path.at_places.shares(self._clusters)
+
+    @cached_property
+    def _clusters(self) -> Clusters:
+        return self.path.clusters.seen_from(self.sender_from_receiver)
+
+    @property
+    def nbytes(self) -> int:
+        """Size of its matrices."""
+        return 8 * (2 * len(self.path.at_places.point) + len(self.path.at_patches.point))
+
+
+def in_steps(other_from_body: Array, reach: float, step: float) -> Array:
     """(4, 4) a pose of one body in the axes of another, in steps small beside their distance.
 
     reach : [m] between them
+    step : as a share of that, and of turns [rad]
     """
     result = np.eye(4)
-    step = 2.0 ** np.floor(np.log2(max(STEP * reach, 1e-6)))
-    result[:3, 3] = step * np.round(other_from_body[:3, 3] / step)
-    turn = STEP * np.round(Rotation.from_matrix(other_from_body[:3, :3]).as_rotvec() / STEP) + 0.0
+    size = 2.0 ** np.floor(np.log2(max(step * reach, 1e-6)))
+    result[:3, 3] = size * np.round(other_from_body[:3, 3] / size)
+    turn = step * np.round(Rotation.from_matrix(other_from_body[:3, :3]).as_rotvec() / step) + 0.0
     # Half a turn is one either way: rounding errors do not choose.
-    if np.linalg.norm(turn) > np.pi - STEP and turn[np.flatnonzero(turn)[0]] < 0.0:
+    if np.linalg.norm(turn) > np.pi - step and turn[np.flatnonzero(turn)[0]] < 0.0:
         turn = -turn
     result[:3, :3] = Rotation.from_rotvec(turn).as_matrix()
     # Without negative zeros: equal poses have equal bits.
@@ -151,70 +191,63 @@ def in_steps(other_from_body: Array, reach: float) -> Array:
 
 
 def light_path(receiver: NearBody, sender: NearBody, sender_from_receiver: Array) -> LightPath:
-    """How light comes from the sender to the receiver.
+    """How light comes from the sender to the receiver near a pose.
 
     sender_from_receiver : (4, 4) between their axes
     """
     turn, shift = sender_from_receiver[:3, :3], sender_from_receiver[:3, 3]
     open_ = _towards(sender, receiver, turn, shift)
-    if len(open_) == 0:
-        return _no_path(receiver, sender)
-    clusters, share = _clustered(receiver, sender, open_, sender_from_receiver)
-    samples = sender.samples[3][open_]
-    patch = samples // SAMPLES
+    samples, part = sender.samples[3][open_], sender.samples[2][open_]
+    number = _clustered(receiver, sender, open_, sender_from_receiver)
+    count = int(number.max(initial=-1)) + 1
+    areas = np.bincount(number, part, minlength=count)
+    means = sparse.csr_matrix(
+        ((part / areas[number]).astype(np.float32), (number, np.arange(len(number)))),
+        shape=(count, len(number)),
+    )
     of_patch = sparse.csr_matrix(
-        (np.ones(len(patch), dtype=np.float32), (np.arange(len(patch)), patch)),
-        shape=(len(patch), len(sender.transport.areas)),
+        (np.ones(len(samples), dtype=np.float32), (np.arange(len(samples)), samples // SAMPLES)),
+        shape=(len(samples), len(sender.transport.areas)),
     )
-
-    def seen(points: Array32, outwards: Array32) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
-        return _form_factors(receiver, sender, sender_from_receiver, (points, outwards), clusters)
-
-    to_places, hides = seen(*receiver.places[:2])
-    inverse: Array = np.linalg.inv(sender_from_receiver).astype(np.float64)
-    at, chosen = _samples_for(receiver, sender, inverse[:3, :3], inverse[:3, 3])
-    number = np.bincount(at, minlength=len(receiver.transport.areas)).astype(np.float32)
-    mean = sparse.csr_matrix(
-        (1.0 / number[at], (at, np.arange(len(at)))), shape=(len(number), len(at))
+    clusters = Clusters(
+        middle=(means @ sender.samples[0][open_]).astype(np.float32),
+        facing=unit_rows(means @ sender.samples[1][open_]).astype(np.float32),
+        areas=areas.astype(np.float32),
     )
-    to_samples, _ = seen(receiver.samples[0][chosen], receiver.samples[1][chosen])
+    ends = _Ends.of(sender.samples[0][open_], number, count)
+    places, outwards, _ = receiver.places
+    every = np.arange(len(places))
+    pose = receiver, sender, sender_from_receiver
+    at_places = _seen(pose, (places, outwards), (every, np.ones_like(places[:, 0])), clusters, ends)
+    at, chosen = _samples_for(*pose)
+    parts = (1.0 / np.bincount(at)[at]).astype(np.float32)
+    points, normals = receiver.samples[0][chosen], receiver.samples[1][chosen]
+    at_patches = _seen(pose, (points, normals), (at, parts), clusters, ends)
+    ways = clusters.seen_from(sender_from_receiver).middle[at_places.cluster]
+    ways -= places[at_places.point]
     return LightPath(
         samples=samples,
-        means=share,
-        senders=(share @ of_patch).tocsr(),
-        to_places=to_places,
-        to_patches=(mean @ to_samples).tocsr(),
-        hides=hides,
+        means=means,
+        senders=(means @ of_patch).tocsr(),
+        clusters=clusters,
+        at_places=at_places,
+        at_patches=at_patches,
+        cells=sky_cell(ways.astype(np.float64), CELLS_ACROSS),
+        patches=len(receiver.transport.areas),
     )
 
 
 def _clustered(
     receiver: NearBody, sender: NearBody, open_: IndexArray, sender_from_receiver: Array
-) -> tuple[_Clusters, sparse.csr_matrix]:
-    """Some samples of the sender merged, and (c, n) csr the mean of those in each cluster."""
+) -> IndexArray:
+    """(n,) number of the cluster of each of some samples of the sender."""
+    if len(open_) == 0:
+        return open_
     turn, shift = sender_from_receiver[:3, :3], sender_from_receiver[:3, 3]
     points, normals = sender.samples[0][open_], sender.samples[1][open_]
-    part = sender.samples[2][open_]
-    seen_from = (points - shift) @ turn
-    distance = np.maximum(_distance(receiver, seen_from), _nearest(receiver, sender))
+    distance = np.maximum(_distance(receiver, (points - shift) @ turn), _nearest(receiver, sender))
     limit = int(np.clip(_PAIRS // len(receiver.places[0]), *_LIMITS))
-    cluster = clusters_of(points, normals, distance, limit)
-    count = int(cluster.max()) + 1
-    areas = np.bincount(cluster, part, minlength=count)
-    share = sparse.csr_matrix(
-        ((part / areas[cluster]).astype(np.float32), (cluster, np.arange(len(cluster)))),
-        shape=(count, len(cluster)),
-    )
-    order = np.argsort(cluster, kind="stable")
-    clusters = _Clusters(
-        middle=(share @ seen_from).astype(np.float32),
-        facing=unit_rows(share @ (normals @ turn)).astype(np.float32),
-        areas=areas.astype(np.float32),
-        points=seen_from[order].astype(np.float32),
-        in_sender=points[order],
-        first=np.searchsorted(cluster[order], np.arange(count + 1)),
-    )
-    return clusters, share
+    return clusters_of(points, normals, distance, limit)
 
 
 def _distance(body: NearBody, points: Array) -> Array:
@@ -225,16 +258,14 @@ def _distance(body: NearBody, points: Array) -> Array:
 
 
 def _samples_for(
-    receiver: NearBody, sender: NearBody, turn: Array, shift: Array
+    receiver: NearBody, sender: NearBody, sender_from_receiver: Array
 ) -> tuple[IndexArray, IndexArray]:
     """Patch and sample point of the receiver for each place where its patches get light: one of a
-    small patch, all of a large one.
-
-    turn, shift : to the receiver's axes from the sender's
-    """
+    small patch, all of a large one."""
+    turn, shift = sender_from_receiver[:3, :3], sender_from_receiver[:3, 3]
     patch = receiver.samples[3] // SAMPLES
     centres, radii = receiver.transport.patch_spheres
-    distance = _distance(sender, (centres - shift) @ turn)
+    distance = _distance(sender, centres @ turn.T + shift)
     large = radii > _WIDTH * np.maximum(distance, _nearest(receiver, sender))
     first = np.concatenate([[True], patch[1:] != patch[:-1]])
     chosen = np.flatnonzero(first | large[patch])
@@ -270,19 +301,6 @@ def _eight(corners: Array) -> Array:
     return np.stack([c.ravel() for c in np.meshgrid(*corners.T)], axis=1)
 
 
-def _no_path(receiver: NearBody, sender: NearBody) -> LightPath:
-    """Of a sender that the receiver does not see."""
-    places, patches = len(receiver.places[0]), len(receiver.transport.areas)
-    return LightPath(
-        samples=np.zeros(0, dtype=np.int64),
-        means=sparse.csr_matrix((0, 0), dtype=np.float32),
-        senders=sparse.csr_matrix((0, len(sender.transport.areas)), dtype=np.float32),
-        to_places=sparse.csr_matrix((places, 0), dtype=np.float32),
-        to_patches=sparse.csr_matrix((patches, 0), dtype=np.float32),
-        hides=sparse.csr_matrix((places, SKY_CELLS), dtype=np.float32),
-    )
-
-
 def clusters_of(points: Array32, normals: Array32, distance: Array, limit: int) -> IndexArray:
     """(n,) number of the cluster of each sample: those of one cell of space that face alike.
 
@@ -309,83 +327,73 @@ def clusters_of(points: Array32, normals: Array32, distance: Array, limit: int) 
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class _Clusters:
-    """What sends light, in the receiver's axes.
+class _Ends:
+    """Where rays to clusters end: (n, 3) points of their surfaces, sender's axes, those of one
+    cluster from ``first`` (c + 1,) on."""
 
-    middle, facing : (c, 3) and their mean normals; areas : (c,) [m2]
-    points, in_sender : (n, 3) of their surfaces, also in the sender's axes, those of one cluster
-        from ``first`` (c + 1,) on
-    """
-
-    middle: Array32
-    facing: Array32
-    areas: Array32
     points: Array32
-    in_sender: Array32
     first: IndexArray
 
+    @classmethod
+    def of(cls, points: Array32, number: IndexArray, count: int) -> _Ends:
+        """Of points by the numbers (n,) of their clusters."""
+        order = np.argsort(number, kind="stable")
+        return cls(points=points[order], first=np.searchsorted(number[order], np.arange(count + 1)))
 
-def _form_factors(
-    receiver: NearBody,
-    sender: NearBody,
-    sender_from_receiver: Array,
+
+def _seen(
+    pose: tuple[NearBody, NearBody, Array],
     points: tuple[Array32, Array32],
-    clusters: _Clusters,
-) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
-    """(n, c) csr, share of each point's hemisphere that each cluster fills, as a disc of its area,
-    and (n, 96) the same of the cells of the sky behind them.
+    rows: tuple[IndexArray, Array32],
+    clusters: Clusters,
+    ends: _Ends,
+) -> SeenPairs:
+    """The clusters that points of a receiver see.
 
-    points : (n, 3) places and normals
+    pose : receiver, sender, and (4, 4) to the sender's axes from the receiver's
+    points : (n, 3) and their normals
+    rows : of each point, and its part of its row
     """
-    places, normals = points
-    place, cluster = _facing(places, normals, clusters)
-    # Neighbouring places look at different points of a cluster: what hides a part of it hides it
+    receiver, sender, sender_from_receiver = pose
+    starts, normals = points
+    point, cluster = _facing(starts, normals, clusters.seen_from(sender_from_receiver))
+    # Neighbouring points look at different places of a cluster: what hides a part of it hides it
     # from as many.
-    number = np.diff(clusters.first)[cluster]
-    point = clusters.first[cluster] + (place * 7 + cluster * 3) % number
+    number = np.diff(ends.first)[cluster]
+    end = ends.first[cluster] + (point * 7 + cluster * 3) % number
     turn, shift = sender_from_receiver[:3, :3], sender_from_receiver[:3, 3]
-    in_sender = (places @ turn.T + shift).astype(np.float32)
-    for body, starts, ends in (
-        (receiver, places, clusters.points),
-        (sender, in_sender, clusters.in_sender),
+    for body, origins, goals in (
+        (receiver, starts, ((ends.points - shift) @ turn).astype(np.float32)),
+        (sender, (starts @ turn.T + shift).astype(np.float32), ends.points),
     ):
-        origins = np.take(starts, place, axis=0)
-        ways = np.take(ends, point, axis=0) - origins
-        reach = np.full(len(place), 1.0 - 1e-3, dtype=np.float32)
-        seen = np.flatnonzero(~ray_tracer(body.model.posed_mesh).occluded(origins, ways, reach))
-        place, cluster, point = place[seen], cluster[seen], point[seen]
-    offset = np.take(clusters.middle, cluster, axis=0) - np.take(places, place, axis=0)
-    here = np.einsum("ij,ij->i", offset, np.take(normals, place, axis=0))
-    there = -np.einsum("ij,ij->i", offset, np.take(clusters.facing, cluster, axis=0))
-    square, areas = np.einsum("ij,ij->i", offset, offset), clusters.areas[cluster]
-    square = np.maximum(square, np.float32(1e-9))
-    share = np.maximum(here, 0.0) * np.maximum(there, 0.0) * areas
-    share /= square * (np.float32(np.pi) * square + areas)
-    # Discs nearby would overlap.
-    whole = np.bincount(place, share, minlength=len(places))
-    share /= np.maximum(whole, 1.0).astype(np.float32)[place]
-
-    def of_places(columns: IndexArray, count: int) -> sparse.csr_matrix:
-        return sparse.csr_matrix((share, (place, columns)), shape=(len(places), count))
-
-    return (
-        of_places(cluster, len(clusters.areas)),
-        of_places(sky_cell(offset.astype(np.float64), CELLS_ACROSS), SKY_CELLS),
+        begin = np.take(origins, point, axis=0)
+        ways = np.take(goals, end, axis=0) - begin
+        reach = np.full(len(point), 1.0 - 1e-3, dtype=np.float32)
+        seen = np.flatnonzero(~ray_tracer(body.model.posed_mesh).occluded(begin, ways, reach))
+        point, cluster, end = point[seen], cluster[seen], end[seen]
+    return SeenPairs(
+        points=starts,
+        normals=normals,
+        rows=rows[0],
+        parts=rows[1],
+        point=point.astype(np.int32),
+        cluster=cluster.astype(np.int32),
     )
 
 
-def _facing(
-    places: Array32, normals: Array32, clusters: _Clusters
-) -> tuple[IndexArray, IndexArray]:
+def _facing(places: Array32, normals: Array32, clusters: Clusters) -> tuple[IndexArray, IndexArray]:
     """Pairs of a place and a cluster that face each other, where the cluster would fill more than
     ``_SMALLEST`` of the hemisphere; place by place."""
+    nothing = np.zeros(0, dtype=np.int64)
+    if len(clusters.areas) == 0:
+        return nothing, nothing
     # About a point near both, where float32 tells small distances.
     origin = clusters.middle.mean(axis=0)
     middle, facing, areas = clusters.middle - origin, clusters.facing, clusters.areas
     beyond = np.linalg.norm(middle, axis=1).max()
     # Most places look away from all clusters.
     open_ = np.flatnonzero(np.einsum("ij,ij->i", normals, places - origin) < beyond)
-    pairs = [(open_[:0], open_[:0])]
+    pairs = [(nothing, nothing)]
     for at in range(0, len(open_), _ROWS):
         rows = open_[at : at + _ROWS]
         here, outwards = places[rows] - origin, normals[rows]

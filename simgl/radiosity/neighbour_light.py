@@ -12,15 +12,17 @@ from simgl.environment_map import SkyRadiance
 from simgl.lru_cache import MANY, LruCache
 from simgl.radiosity.alone_light import AloneLight
 from simgl.radiosity.between_spacecraft import (
+    FINE_STEP,
+    STEP,
     LightPath,
-    NearBody,
+    PosedPath,
     in_steps,
     light_path,
-    standing_rows,
 )
 from simgl.radiosity.convex_transport import convex_transport
 from simgl.radiosity.incident_light import NearPair, faded
 from simgl.radiosity.light_transport import GatherMatrix, LightTransport
+from simgl.radiosity.near_body import NearBody, standing_rows
 from simgl.radiosity.patch_light import PatchLight
 from simgl.radiosity.posed_transport import PosedTransport
 from simgl.radiosity.sky_cells import sky_cells
@@ -28,6 +30,8 @@ from simgl.radiosity.transport_store import MAX_BYTES, STEPS, TransportStore
 from simgl.scene.spacecraft import SpacecraftModel
 
 _MAX_BODIES = 32
+# Poses that move go through many.
+_MAX_POSED = 16
 # Light goes back and forth while it brings a body so much of the light that leaves it, at most so
 # many times. Of less, what the body sends to itself and back is left out.
 _ENOUGH, _MAX_JOURNEYS = 5e-3, 8
@@ -66,6 +70,7 @@ class _Way:
 
     pair: NearPair
     path: LightPath
+    posed: PosedPath
 
 
 class Exchange:
@@ -86,7 +91,7 @@ class Exchange:
     ) -> None:
         self._bodies, self._skies, self._more = bodies, skies, more
         self._arriving = [
-            (way.pair.receiver, np.float32(way.pair.weight), way.path, light)
+            (way.pair.receiver, np.float32(way.pair.weight), way.posed, light)
             for way, light in zip(ways, sent, strict=True)
         ]
 
@@ -97,12 +102,12 @@ class Exchange:
         hidden = np.zeros(len(places), dtype=np.float32)
         sky = self._skies[number]
         cells = None if sky is None else sky_cells(sky).mean(axis=1)
-        for receiver, weight, path, sent in self._arriving:
+        for receiver, weight, posed, sent in self._arriving:
             if receiver != number:
                 continue
-            light += path.at_places(weight * sent)
+            light += posed.to_places @ (weight * sent)
             if cells is not None:
-                hidden += path.hides @ (weight * cells)
+                hidden += posed.hides @ (weight * cells)
         return FromNeighbours(
             exitance=self._more[number],
             at_rows=np.take(light, of_row, axis=0),
@@ -122,6 +127,7 @@ class NeighbourLight:
         self._bodies = LruCache[tuple[object, ...], NearBody](_MAX_BODIES)
         self._standing = LruCache[tuple[str, int], IndexArray](_MAX_BODIES)
         self._paths = LruCache[tuple[object, ...], LightPath](MANY, max_bytes=MAX_BYTES)
+        self._posed = LruCache[tuple[object, ...], PosedPath](_MAX_POSED, max_bytes=MAX_BYTES)
 
     def coarse_transport(self, model: SpacecraftModel) -> LightTransport:
         """How light goes on a body whose surfaces do not see each other, or that is not drawn."""
@@ -135,11 +141,9 @@ class NeighbourLight:
         self._bodies.reserve(len(alone))
         self._standing.reserve(len(alone))
         self._paths.reserve(len(pairs))
+        self._posed.reserve(len(pairs))
         bodies = [self._body(one) for one in alone]
-        ways = [
-            _Way(pair=pair, path=self._path(bodies[pair.receiver], bodies[pair.sender], pair))
-            for pair in pairs
-        ]
+        ways = [self._way(bodies[pair.receiver], bodies[pair.sender], pair) for pair in pairs]
         sunlit = [self._sunlit(one) for one in alone]
         sent = []
         for way in ways:
@@ -183,7 +187,7 @@ class NeighbourLight:
         their own and what others have added so far."""
         arriving: dict[int, Array32] = {}
         for way, light in zip(ways, sent, strict=True):
-            at = way.path.at_patches(np.float32(way.pair.weight) * light)
+            at = way.posed.to_patches @ (np.float32(way.pair.weight) * light)
             number = way.pair.receiver
             arriving[number] = arriving[number] + at if number in arriving else at
         bounced = {}
@@ -219,13 +223,19 @@ class NeighbourLight:
 
         return self._bodies.get(key, near_body)
 
-    def _path(self, receiver: NearBody, sender: NearBody, pair: NearPair) -> LightPath:
-        matrix = in_steps(pair.sender_from_receiver, pair.reach)
-        return self._paths.get(
-            (receiver.key, sender.key, matrix.tobytes()),
-            lambda: light_path(receiver, sender, matrix),
-            lambda path: path.nbytes,
+    def _way(self, receiver: NearBody, sender: NearBody, pair: NearPair) -> _Way:
+        matrix = in_steps(pair.sender_from_receiver, pair.reach, STEP)
+        key = receiver.key, sender.key, matrix.tobytes()
+        path = self._paths.get(
+            key, lambda: light_path(receiver, sender, matrix), lambda path: path.nbytes
         )
+        fine = in_steps(pair.sender_from_receiver, pair.reach, FINE_STEP)
+        posed = self._posed.get(
+            (key, fine.tobytes()),
+            lambda: PosedPath(path=path, sender_from_receiver=fine),
+            lambda posed: posed.nbytes,
+        )
+        return _Way(pair=pair, path=path, posed=posed)
 
 
 def _sent_on(way: _Way, bounced: dict[int, Array32]) -> Array32:

@@ -8,13 +8,15 @@ from scipy.spatial.transform import Rotation
 
 from simgl.arrays import Array
 from simgl.radiosity.between_spacecraft import (
-    NearBody,
+    FINE_STEP,
+    STEP,
+    PosedPath,
     clusters_of,
     in_steps,
     light_path,
-    standing_rows,
 )
 from simgl.radiosity.convex_transport import convex_transport
+from simgl.radiosity.near_body import NearBody, standing_rows
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.view.near_spacecraft import near_groups
 from tests.radiosity.near_spacecraft import (
@@ -45,24 +47,39 @@ def boxes(gap: float) -> tuple[NearBody, NearBody, Array]:
     return first, second, matrix
 
 
+def facing_square(y: float, z: float, gap: float) -> float:
+    """Share of a hemisphere that the other box's face fills: four rectangles about the place across
+    the gap; with signs where it stands outside."""
+    signs = (-1, 1)
+    return sum(square_seen((0.5 + i * y) / gap, (0.5 + j * z) / gap) for i in signs for j in signs)
+
+
+def shares_seen(
+    receiver: NearBody, sender: NearBody, pose: Array, seen_at: Array | None = None
+) -> Array:
+    """(s,) of the hemispheres of a receiver's places that the sender fills.
+
+    seen_at : the pose at which it is known what is seen from where
+    """
+    path = light_path(receiver, sender, pose if seen_at is None else seen_at)
+    posed = PosedPath(path=path, sender_from_receiver=pose)
+    return np.asarray(posed.to_places.sum(axis=1)).ravel()
+
+
 def test_a_square_before_another_fills_the_share_of_its_hemisphere() -> None:
     first, second, second_from_first = boxes(2.0)
-    shares = light_path(first, second, second_from_first).to_places.sum(axis=1)
+    shares = shares_seen(first, second, second_from_first)
     places, normals, _ = first.places
     facing = normals[:, 0] > 0.9
     np.testing.assert_array_equal(shares[normals[:, 0] < 0.1], 0.0)
     for (_, y, z), share in zip(places[facing], shares[facing], strict=True):
-        # Four rectangles about the place across the gap; with signs where it stands outside.
-        wanted = sum(
-            square_seen((0.5 + i * y) / 2.0, (0.5 + j * z) / 2.0) for i in (-1, 1) for j in (-1, 1)
-        )
         # Discs of a quarter of their distance.
-        np.testing.assert_allclose(share, wanted, rtol=0.01)
+        np.testing.assert_allclose(share, facing_square(y, z, 2.0), rtol=0.01)
 
 
 def test_another_one_close_by_fills_at_most_the_whole_hemisphere() -> None:
     first, second, second_from_first = boxes(0.05)
-    shares = light_path(first, second, second_from_first).to_places.sum(axis=1)
+    shares = shares_seen(first, second, second_from_first)
     assert shares.max() <= 1.0 + 1e-5
     # Its discs would fill 1.14 of it.
     assert shares.max() > 0.9
@@ -84,7 +101,7 @@ def test_what_hides_the_other_one_hides_its_light() -> None:
     first, second, second_from_first = boxes(2.0)
     behind = second_from_first.copy()
     behind[0, 3] = 3.0
-    shares = light_path(first, second, behind).to_places.sum(axis=1)
+    shares = shares_seen(first, second, behind)
     assert not shares[first.places[1][:, 0] > -0.9].any()
 
 
@@ -141,21 +158,38 @@ def test_sunlight_on_a_bay_stays_as_fine_beside_another_spacecraft(gl: moderngl.
     np.testing.assert_allclose(light[bay], alone[bay], rtol=0.0, atol=3e-3 * alone[bay].mean())
 
 
+def test_light_follows_a_pose_between_the_steps_of_what_is_seen() -> None:
+    first, second, pose = boxes(2.0)
+    # Half a step farther away, by the distance of the middles.
+    gap = 2.0 + 3.0 * STEP / 2.0
+    _, _, farther = boxes(gap)
+    facing = first.places[1][:, 0] > 0.9
+    before = shares_seen(first, second, pose)[facing]
+    after = shares_seen(first, second, farther, seen_at=pose)[facing]
+    wanted = [
+        facing_square(y, z, gap) / facing_square(y, z, 2.0) for _, y, z in first.places[0][facing]
+    ]
+    assert max(wanted) < 0.97
+    # Of a change of 4 %; discs of a quarter of their distance are right to 1 %.
+    np.testing.assert_allclose(after / before, wanted, rtol=1e-3)
+
+
 def test_rounding_errors_do_not_tell_half_turns_apart() -> None:
     half = np.eye(4)
     for axis in (np.array([0.0, 0.0, 1.0]), np.array([0.6, -0.48, 0.64])):
         steps = []
         for error in (-1e-9, 1e-9):
             half[:3, :3] = Rotation.from_rotvec((np.pi + error) * axis).as_matrix()
-            steps.append(in_steps(half, 1.0))
-        np.testing.assert_array_equal(*steps)
+            steps.append(in_steps(half, 1.0, STEP))
+        np.testing.assert_array_equal(steps[0], steps[1])
 
 
-def test_poses_in_steps_are_within_a_sixty_fourth() -> None:
+def test_poses_in_steps_are_within_half_of_one() -> None:
     rng = np.random.default_rng(3)
-    for gap in (0.3, 2.0, 50.0):
-        matrix = np.eye(4)
-        matrix[:3, 3] = gap * rng.normal(size=3)
-        stepped = in_steps(matrix, gap)
-        assert np.abs(stepped - matrix).max() <= gap / 64.0
-        np.testing.assert_array_equal(in_steps(stepped, gap), stepped)
+    for step in (STEP, FINE_STEP):
+        for gap in (0.3, 2.0, 50.0):
+            matrix = np.eye(4)
+            matrix[:3, 3] = gap * rng.normal(size=3)
+            stepped = in_steps(matrix, gap, step)
+            assert np.abs(stepped - matrix).max() <= 0.5 * step * gap
+            np.testing.assert_array_equal(in_steps(stepped, gap, step), stepped)
