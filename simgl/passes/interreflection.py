@@ -14,10 +14,10 @@ from simgl.environment_map import SkyRadiance
 from simgl.gpu.mesh_tables import COLUMNS, table
 from simgl.lru_cache import MANY, LruCache
 from simgl.passes.mesh_store import MAX_BYTES, GridLight, VertexLighting
-from simgl.radiosity.alone_light import MadeOf, PendingLight
 from simgl.radiosity.incident_light import IncidentLight, NearPair
+from simgl.radiosity.isolated_light import MadeOf, PendingLight
 from simgl.radiosity.light_transport import LightGrids, LightTransport
-from simgl.radiosity.neighbour_light import Exchange, FromNeighbours, NeighbourLight
+from simgl.radiosity.neighbour_light import FromNeighbours, MutualLight, NeighbourLight
 from simgl.radiosity.next_poses import NextPoses
 from simgl.radiosity.next_sunlight import NextSunlight
 from simgl.radiosity.patch_light import BesidesSky, PatchLight
@@ -46,7 +46,7 @@ class _Values:
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Solved:
     """The lighting of a spacecraft, the values that belong to it, and what they are made of: its
-    own light, then that of all it exchanges light with."""
+    isolated light, then that of all whose light comes to it."""
 
     made_of: tuple[MadeOf, ...]
     values: Future[_Values]
@@ -124,19 +124,21 @@ class InterreflectionPass:
         sky_around : what one sees around it
         """
         self.begin(spacecraft, joint_light)
-        alone: dict[int, PendingLight] = {}
+        isolated: dict[int, PendingLight] = {}
         for one in spacecraft:
             transport = self._transport(one, joint_light)
             if transport is not None:
                 besides = self._begun[one.instance].besides_sky
-                alone[one.instance] = self._pending(one, transport, sky_around(one.sky), besides)
+                isolated[one.instance] = self._pending(one, transport, sky_around(one.sky), besides)
         for one in spacecraft:
             for other in () if one.near is None else one.near.spacecraft:
-                if other.instance not in alone:
+                if other.instance not in isolated:
                     transport = self._transport_unseen(other.model, joint_light)
-                    alone[other.instance] = self._pending(other, transport, sky_around(other.sky))
-        exchanges: dict[NearGroup, Future[Exchange]] = {}
-        lightings = [self._lighting(one, alone, exchanges) for one in spacecraft]
+                    isolated[other.instance] = self._pending(
+                        other, transport, sky_around(other.sky)
+                    )
+        all_mutual: dict[NearGroup, Future[MutualLight]] = {}
+        lightings = [self._lighting(one, isolated, all_mutual) for one in spacecraft]
         for one in spacecraft:
             if joint_light == "quick" and one.incident_light is not None and one.model.joints:
                 make_ahead = self._next_poses.make_ahead
@@ -190,14 +192,14 @@ class InterreflectionPass:
     def _lighting(
         self,
         one: SpacecraftView,
-        alone: dict[int, PendingLight],
-        exchanges: dict[NearGroup, Future[Exchange]],
+        isolated: dict[int, PendingLight],
+        all_mutual: dict[NearGroup, Future[MutualLight]],
     ) -> VertexLighting | None:
-        own = alone.get(one.instance)
-        if own is None:
+        pending = isolated.get(one.instance)
+        if pending is None:
             return None
-        near = () if one.near is None else tuple(alone[o.instance] for o in one.near.spacecraft)
-        made_of = own.made_of, *(other.made_of for other in near)
+        near = () if one.near is None else tuple(isolated[o.instance] for o in one.near.spacecraft)
+        made_of = pending.made_of, *(other.made_of for other in near)
         for all_solved in (self._unwritten, self._written):
             solved = all_solved.pop(one.instance, None)
             if solved is not None and solved.made_of == made_of:
@@ -205,36 +207,40 @@ class InterreflectionPass:
                 return solved.lighting
         from_near = None
         if one.near is not None:
-            if one.near not in exchanges:
-                exchanges[one.near] = self._exchange(near, one.near.pairs)
-            from_near = self._received(exchanges[one.near], near.index(own))
+            if one.near not in all_mutual:
+                all_mutual[one.near] = self._mutual_light(near, one.near.pairs)
+            from_near = self._received(all_mutual[one.near], near.index(pending))
         solved = _Solved(
             made_of=made_of,
-            values=self._solve(one.instance, own, from_near),
-            lighting=self._vertex_lighting(one, own.incident, own.transport),
+            values=self._solve(one.instance, pending, from_near),
+            lighting=self._vertex_lighting(one, pending.incident, pending.transport),
         )
         self._unwritten[one.instance] = solved
         return solved.lighting
 
-    def _exchange(
+    def _mutual_light(
         self, near: Sequence[PendingLight], pairs: Sequence[NearPair]
-    ) -> Future[Exchange]:
+    ) -> Future[MutualLight]:
         """Light that goes between some spacecraft."""
-        alone = [one.at_patches for one in near]
+        isolated = [one.at_patches for one in near]
 
-        def exchanged() -> Exchange:
-            return self._neighbours.exchange([one.result() for one in alone], pairs)
+        def solved() -> MutualLight:
+            return self._neighbours.mutual_light([one.result() for one in isolated], pairs)
 
-        return self._executor.submit(exchanged)
+        return self._executor.submit(solved)
 
-    def _received(self, exchange: Future[Exchange], number: int) -> Future[FromNeighbours]:
-        return self._executor.submit(lambda: exchange.result().received(number))
+    def _received(self, mutual: Future[MutualLight], number: int) -> Future[FromNeighbours]:
+        return self._executor.submit(lambda: mutual.result().received(number))
 
     def _solve(
-        self, instance: int, own: PendingLight, from_near: Future[FromNeighbours] | None
+        self, instance: int, pending: PendingLight, from_near: Future[FromNeighbours] | None
     ) -> Future[_Values]:
         """In other threads; each task waits only for some that were submitted before it."""
-        gather, cells, at_vertices = own.transport.of_vertices, own.cells, own.at_vertices
+        gather, cells, at_vertices = (
+            pending.transport.of_vertices,
+            pending.cells,
+            pending.at_vertices,
+        )
         share = self._executor.submit(lambda: earth_share(gather, cells.result()))
 
         def values() -> _Values:
@@ -251,11 +257,11 @@ class InterreflectionPass:
             return _Values(vertices=_texels(irradiance, left), nodes=nodes)
 
         def make_ahead() -> None:
-            response = self.light.response(own.model, own.transport)
-            self._next_sunlight.make_ahead(instance, response, own.incident.sun_direction)
+            response = self.light.response(pending.model, pending.transport)
+            self._next_sunlight.make_ahead(instance, response, pending.incident.sun_direction)
 
         solved = self._executor.submit(values)
-        if _in_sunlight(own.incident, own.transport):
+        if _in_sunlight(pending.incident, pending.transport):
             self._ahead.append(self._executor.submit(make_ahead))
         return solved
 

@@ -81,14 +81,14 @@ class SeenPairs:
         offset = np.take(clusters.middle, self.cluster, axis=0)
         offset -= np.take(self.points, self.point, axis=0)
         here = np.einsum("ij,ij->i", offset, np.take(self.normals, self.point, axis=0))
-        there = -np.einsum("ij,ij->i", offset, np.take(clusters.facing, self.cluster, axis=0))
+        towards = -np.einsum("ij,ij->i", offset, np.take(clusters.facing, self.cluster, axis=0))
         areas = np.take(clusters.areas, self.cluster)
         square = np.maximum(np.einsum("ij,ij->i", offset, offset), np.float32(1e-9))
-        share = np.maximum(here, 0.0) * np.maximum(there, 0.0) * areas
+        share = np.maximum(here, 0.0) * np.maximum(towards, 0.0) * areas
         share /= square * (np.float32(np.pi) * square + areas)
         # Discs nearby would overlap.
-        whole = np.bincount(self.point, share, minlength=len(self.points))
-        scale = self.parts / np.maximum(whole, 1.0).astype(np.float32)
+        filled = np.bincount(self.point, share, minlength=len(self.points))
+        scale = self.parts / np.maximum(filled, 1.0).astype(np.float32)
         return np.asarray(share * np.take(scale, self.point), dtype=np.float32)
 
     def matrix(
@@ -401,8 +401,8 @@ def _facing(places: Array32, normals: Array32, clusters: Clusters) -> tuple[Inde
         square = np.maximum(square - 2.0 * here @ middle.T, np.float32(1e-9))
         facing_it = np.maximum(outwards @ middle.T - np.sum(here * outwards, axis=1)[:, None], 0.0)
         faced = np.maximum(here @ facing.T - np.sum(middle * facing, axis=1), 0.0)
-        least = _SMALLEST * square * (np.float32(np.pi) * square + areas)
-        place, cluster = np.nonzero(facing_it * faced * areas > least)
+        smallest = _SMALLEST * square * (np.float32(np.pi) * square + areas)
+        place, cluster = np.nonzero(facing_it * faced * areas > smallest)
         pairs.append((rows[place], cluster))
     place, cluster = (np.concatenate(numbers) for numbers in zip(*pairs, strict=True))
     return place, cluster

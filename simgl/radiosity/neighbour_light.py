@@ -10,7 +10,6 @@ import numpy as np
 from simgl.arrays import Array32, IndexArray
 from simgl.environment_map import SkyRadiance
 from simgl.lru_cache import MANY, LruCache
-from simgl.radiosity.alone_light import AloneLight
 from simgl.radiosity.between_spacecraft import (
     FINE_STEP,
     STEP,
@@ -21,6 +20,7 @@ from simgl.radiosity.between_spacecraft import (
 )
 from simgl.radiosity.convex_transport import convex_transport
 from simgl.radiosity.incident_light import NearPair, faded
+from simgl.radiosity.isolated_light import IsolatedLight
 from simgl.radiosity.light_transport import GatherMatrix, LightTransport
 from simgl.radiosity.near_body import NearBody, standing_rows
 from simgl.radiosity.patch_light import PatchLight
@@ -73,12 +73,12 @@ class _Way:
     posed: PosedPath
 
 
-class Exchange:
+class MutualLight:
     """The light of bodies after all journeys between them.
 
-    bodies : with the light that each would have alone
+    bodies : with the light that each would have without the others
     sent : (c, 4) exitance of the clusters of each way [W m-2]
-    more : (p, 4) what the exchange adds to the exitance of each body [W m-2]
+    more : (p, 4) what that adds to the exitance of each body [W m-2]
     """
 
     def __init__(
@@ -135,16 +135,18 @@ class NeighbourLight:
         key = coarse.posed_mesh.digest, model.open_sheets
         return self._coarse.get(key, lambda: convex_transport(model))
 
-    def exchange(self, alone: Sequence[AloneLight], pairs: Sequence[NearPair]) -> Exchange:
+    def mutual_light(
+        self, isolated: Sequence[IsolatedLight], pairs: Sequence[NearPair]
+    ) -> MutualLight:
         """The light of spacecraft after all journeys between them."""
-        self._coarse.reserve(len(alone))
-        self._bodies.reserve(len(alone))
-        self._standing.reserve(len(alone))
+        self._coarse.reserve(len(isolated))
+        self._bodies.reserve(len(isolated))
+        self._standing.reserve(len(isolated))
         self._paths.reserve(len(pairs))
         self._posed.reserve(len(pairs))
-        bodies = [self._body(one) for one in alone]
+        bodies = [self._body(one) for one in isolated]
         ways = [self._way(bodies[pair.receiver], bodies[pair.sender], pair) for pair in pairs]
-        sunlit = [self._sunlit(one) for one in alone]
+        sunlit = [self._sunlit(one) for one in isolated]
         sent = []
         for way in ways:
             rest, samples = sunlit[way.pair.sender]
@@ -152,19 +154,19 @@ class NeighbourLight:
             if samples is not None:
                 first += way.path.means @ np.take(samples, way.path.samples, axis=0)
             sent.append(first)
-        more = [np.zeros_like(one.exitance) for one in alone]
+        more = [np.zeros_like(one.exitance) for one in isolated]
         added = sent
         for _ in range(_MAX_JOURNEYS):
-            bounced = self._bounced(alone, more, ways, added)
+            bounced = self._bounced(isolated, more, ways, added)
             if not bounced:
                 break
             for number, light in bounced.items():
                 more[number] = more[number] + light
             added = [_sent_on(way, bounced) for way in ways]
             sent = [a + b for a, b in zip(sent, added, strict=True)]
-        return Exchange(bodies, [one.sky for one in alone], ways, sent, more)
+        return MutualLight(bodies, [one.sky for one in isolated], ways, sent, more)
 
-    def _sunlit(self, one: AloneLight) -> tuple[Array32, Array32 | None]:
+    def _sunlit(self, one: IsolatedLight) -> tuple[Array32, Array32 | None]:
         """(p, 4) exitance but for the Sun's light before any bounce, and (p * n, 4) that light at
         the sample points: large patches of a hull bend, and their mean is not what is seen."""
         sun = one.incident.sun_irradiance.astype(np.float32)
@@ -178,7 +180,7 @@ class NeighbourLight:
 
     def _bounced(
         self,
-        alone: Sequence[AloneLight],
+        isolated: Sequence[IsolatedLight],
         more: Sequence[Array32],
         ways: Sequence[_Way],
         sent: Sequence[Array32],
@@ -192,7 +194,7 @@ class NeighbourLight:
             arriving[number] = arriving[number] + at if number in arriving else at
         bounced = {}
         for number, irradiance in arriving.items():
-            one = alone[number]
+            one = isolated[number]
             areas = one.transport.areas
             present = float((areas @ one.exitance).sum() + (areas @ more[number]).sum())
             added = float((areas @ irradiance).sum()) / max(present, 1e-30)
@@ -202,7 +204,7 @@ class NeighbourLight:
                 bounced[number] = self._light.reflected(one.model, one.transport, light, _RESIDUAL)
         return bounced
 
-    def _body(self, one: AloneLight) -> NearBody:
+    def _body(self, one: IsolatedLight) -> NearBody:
         model, transport = one.model, one.transport
         if isinstance(transport, PosedTransport):
             # What another one sees of it changes little over larger steps than light on it does.

@@ -53,10 +53,10 @@ _groups = WeakKeyDictionary[SceneState, Mapping[str, NearGroup]]()
 
 def near_groups(state: SceneState) -> Mapping[str, NearGroup]:
     """The group of each spacecraft to which light comes from another one, by name."""
-    found = _groups.get(state)
-    if found is None:
-        found = _groups[state] = _grouped(state)
-    return found
+    groups = _groups.get(state)
+    if groups is None:
+        groups = _groups[state] = _grouped(state)
+    return groups
 
 
 def _grouped(state: SceneState) -> dict[str, NearGroup]:
@@ -97,8 +97,8 @@ def _perhaps_near(state: SceneState) -> list[tuple[str, str]]:
             for b, m in zip(bodies, meshes, strict=True)
         ]
     )
-    apart = np.linalg.norm(places[:, None] - places, axis=2) - radii[:, None]
-    near = radii > np.sqrt(THRESHOLD) * np.maximum(apart, 0.0)
+    gaps = np.linalg.norm(places[:, None] - places, axis=2) - radii[:, None]
+    near = radii > np.sqrt(THRESHOLD) * np.maximum(gaps, 0.0)
     np.fill_diagonal(near, False)
     return [(names[i], names[j]) for i, j in np.argwhere(near)]
 

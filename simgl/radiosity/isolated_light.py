@@ -20,7 +20,7 @@ MadeOf = tuple[SpacecraftModel, LightTransport, SkyRadiance | None, tuple[Hashab
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class AloneLight:
+class IsolatedLight:
     """A spacecraft and the light that it would have without others.
 
     exitance : (p, 4) of its patches after all bounces [W m-2]
@@ -75,18 +75,18 @@ class PendingLight:
         return self.executor.submit(solved)
 
     @cached_property
-    def at_patches(self) -> Future[AloneLight]:
+    def at_patches(self) -> Future[IsolatedLight]:
         """What leaves the patches."""
         at_vertices = None if self.besides_sky is None else self.at_vertices
         model, transport, sky, incident = self.model, self.transport, self.sky, self.incident
 
-        def solved() -> AloneLight:
+        def solved() -> IsolatedLight:
             if at_vertices is None:
                 exitance = self.light.exitance(model, transport, sky, incident)
             else:
                 exitance, _ = at_vertices.result()
                 exitance = self.light.with_sunlight(model, transport, exitance, incident)
-            return AloneLight(
+            return IsolatedLight(
                 model=model, transport=transport, incident=incident, sky=sky, exitance=exitance
             )
 
