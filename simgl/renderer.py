@@ -12,6 +12,7 @@ import moderngl
 from simgl.arrays import Array32, Mask
 from simgl.camera.camera import Camera
 from simgl.camera.pinhole_fields import pinhole_fields
+from simgl.environment_map import SkyRadiance
 from simgl.errors import ConfigError
 from simgl.exposure_renderer import Drawing, ExposureRenderer
 from simgl.gpu.context import current, is_software
@@ -316,23 +317,32 @@ class Renderer:
     def _spacecraft(self, tile: RasterTile, frame: FrameView) -> list[DrawnSpacecraft]:
         """All that the passes after this draw of the spacecraft of a tile."""
         views = tile.spacecraft
+        # All look at the skies of all: most have one in common.
+        near = (one for view in views if view.near is not None for one in view.near.spacecraft)
+        looks = [*(view.sky for view in views), *(one.sky for one in near)]
         with self.timer.measure("probe"):
-            self._draw_skies([view.sky for view in views])
-            probes = self._probes.of([view.sky for view in views])
+            self._draw_skies(looks)
+            probes = self._probes.of(looks)
         with self.timer.measure("shadow"):
             shadow_maps = self._shadow.cast([view.shadow for view in views])
         # On the CPU, while the renderer draws the shadow maps.
         with self.timer.measure("interreflection"):
-            skies = [
-                None if probe is None or view.sky is None else probe.sky_around(view.sky)
-                for probe, view in zip(probes, views, strict=True)
-            ]
+            sky_of = {
+                look.key: probe
+                for look, probe in zip(looks, probes, strict=True)
+                if look is not None and probe is not None
+            }
+
+            def sky_around(look: SkyView | None) -> SkyRadiance | None:
+                return None if look is None else sky_of[look.key].sky_around(look)
+
             vertex_lightings: Sequence[VertexLighting | None] = [None] * len(views)
             bodies: Sequence[tuple[LitBody, ...]] = [()] * len(views)
             by_rays = frame.gather == "pixel"
             if not by_rays:
-                vertex_lightings = self._interreflection.draw(views, skies, frame.joint_light)
+                vertex_lightings = self._interreflection.draw(views, sky_around, frame.joint_light)
             if by_rays or frame.glossy_reflections:
+                skies = [sky_around(view.sky) for view in views]
                 bodies = self._reference_gather.lit_bodies(views, skies, frame.joint_light)
         return [
             DrawnSpacecraft(
@@ -345,7 +355,7 @@ class Renderer:
                 air=self._air.between(view.air),
             )
             for view, maps, probe, lighting, near in zip(
-                views, shadow_maps, probes, vertex_lightings, bodies, strict=True
+                views, shadow_maps, probes[: len(views)], vertex_lightings, bodies, strict=True
             )
         ]
 

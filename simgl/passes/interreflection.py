@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass
 
@@ -14,9 +14,10 @@ from simgl.environment_map import SkyRadiance
 from simgl.gpu.mesh_tables import COLUMNS, table
 from simgl.lru_cache import MANY, LruCache
 from simgl.passes.mesh_store import MAX_BYTES, GridLight, VertexLighting
-from simgl.radiosity.incident_light import IncidentLight
+from simgl.radiosity.incident_light import IncidentLight, NearPair
+from simgl.radiosity.isolated_light import MadeOf, PendingLight
 from simgl.radiosity.light_transport import LightGrids, LightTransport
-from simgl.radiosity.neighbour_light import NeighbourLight
+from simgl.radiosity.neighbour_light import FromNeighbours, MutualLight, NeighbourLight
 from simgl.radiosity.next_poses import NextPoses
 from simgl.radiosity.next_sunlight import NextSunlight
 from simgl.radiosity.patch_light import BesidesSky, PatchLight
@@ -24,6 +25,8 @@ from simgl.radiosity.posed_transport import PosedTransport
 from simgl.radiosity.solver import earth_share, vertex_irradiance
 from simgl.radiosity.transport_store import JointLight, TransportStore, lit_mesh
 from simgl.scene.spacecraft import SpacecraftModel
+from simgl.view.background import SkyView
+from simgl.view.near_spacecraft import NearGroup, NearSpacecraft
 from simgl.view.spacecraft_view import SpacecraftView
 
 # Texels of a vertex and side: irradiance; the Earth's share, and what fills it up.
@@ -42,9 +45,10 @@ class _Values:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Solved:
-    """The lighting of a spacecraft, the values that belong to it, and what they are made of."""
+    """The lighting of a spacecraft, the values that belong to it, and what they are made of: its
+    isolated light, then that of all whose light comes to it."""
 
-    made_of: tuple[SpacecraftModel, LightTransport, SkyRadiance | None, tuple[Hashable, ...]]
+    made_of: tuple[MadeOf, ...]
     values: Future[_Values]
     lighting: VertexLighting
 
@@ -91,11 +95,8 @@ class InterreflectionPass:
         while self._ahead:
             self._ahead.pop().result()
         for one in spacecraft:
-            light = one.incident_light
-            if light is None or light.lit_by:
-                continue
-            transport = self._transports.of(one.model, joint_light)
-            if transport is None:
+            light, transport = one.incident_light, self._transport(one, joint_light)
+            if light is None or transport is None:
                 continue
             made_of = one.model, transport, light.key
             last = self._begun.get(one.instance)
@@ -113,19 +114,31 @@ class InterreflectionPass:
     def draw(
         self,
         spacecraft: Sequence[SpacecraftView],
-        skies: Sequence[SkyRadiance | None],
+        sky_around: Callable[[SkyView | None], SkyRadiance | None],
         joint_light: JointLight,
     ) -> list[VertexLighting | None]:
-        """The lighting of each spacecraft; None where nothing sees itself.
+        """The lighting of each spacecraft; None where nothing sees itself or others.
 
         Its values are there after ``complete``, and valid until the next call.
 
-        skies : what each sees around it
+        sky_around : what one sees around it
         """
         self.begin(spacecraft, joint_light)
-        lightings = [
-            self._lighting(s, sky, joint_light) for s, sky in zip(spacecraft, skies, strict=True)
-        ]
+        isolated: dict[int, PendingLight] = {}
+        for one in spacecraft:
+            transport = self._transport(one, joint_light)
+            if transport is not None:
+                besides = self._begun[one.instance].besides_sky
+                isolated[one.instance] = self._pending(one, transport, sky_around(one.sky), besides)
+        for one in spacecraft:
+            for other in () if one.near is None else one.near.spacecraft:
+                if other.instance not in isolated:
+                    transport = self._transport_unseen(other.model, joint_light)
+                    isolated[other.instance] = self._pending(
+                        other, transport, sky_around(other.sky)
+                    )
+        all_mutual: dict[NearGroup, Future[MutualLight]] = {}
+        lightings = [self._lighting(one, isolated, all_mutual) for one in spacecraft]
         for one in spacecraft:
             if joint_light == "quick" and one.incident_light is not None and one.model.joints:
                 make_ahead = self._next_poses.make_ahead
@@ -142,73 +155,115 @@ class InterreflectionPass:
                 lighting.grids.light.write(values.nodes)
             self._written[instance] = solved
 
-    def _lighting(
-        self, spacecraft: SpacecraftView, sky: SkyRadiance | None, joint_light: JointLight
-    ) -> VertexLighting | None:
-        light, model = spacecraft.incident_light, spacecraft.model
-        if light is None:
+    def _transport(self, one: SpacecraftView, joint_light: JointLight) -> LightTransport | None:
+        """How light goes on a spacecraft; None where nothing sees itself or others."""
+        if one.incident_light is None:
             return None
-        transport: LightTransport | None
-        if light.lit_by:
-            transport = self._neighbours.transport(model, joint_light)
-        else:
-            transport = self._transports.of(model, joint_light)
-        if transport is None:
-            return None
-        made_of = model, transport, sky, light.key
-        for all_solved in (self._unwritten, self._written):
-            solved = all_solved.pop(spacecraft.instance, None)
-            if solved is not None and solved.made_of == made_of:
-                all_solved[spacecraft.instance] = solved
-                return solved.lighting
-        solved = _Solved(
-            made_of=made_of,
-            values=self._solve(spacecraft, light, transport, sky, joint_light),
-            lighting=self._vertex_lighting(spacecraft, light, transport),
-        )
-        self._unwritten[spacecraft.instance] = solved
-        return solved.lighting
+        transport = self._transports.of(one.model, joint_light)
+        if transport is None and one.near is not None:
+            return self._neighbours.coarse_transport(one.model)
+        return transport
 
-    def _solve(
+    def _transport_unseen(self, model: SpacecraftModel, joint_light: JointLight) -> LightTransport:
+        """Of a spacecraft that is not drawn: no frame waits for bakes of its joints' poses."""
+        transport = None
+        if joint_light == "quick" or model.posed_mesh.motion is None:
+            transport = self._transports.of(model, joint_light)
+        return self._neighbours.coarse_transport(model) if transport is None else transport
+
+    def _pending(
         self,
-        spacecraft: SpacecraftView,
-        light: IncidentLight,
+        one: SpacecraftView | NearSpacecraft,
         transport: LightTransport,
         sky: SkyRadiance | None,
-        joint_light: JointLight,
+        besides_sky: Future[BesidesSky | None] | None = None,
+    ) -> PendingLight:
+        assert one.incident_light is not None
+        return PendingLight(
+            model=one.model,
+            transport=transport,
+            sky=sky,
+            incident=one.incident_light,
+            besides_sky=besides_sky,
+            light=self.light,
+            executor=self._executor,
+        )
+
+    def _lighting(
+        self,
+        one: SpacecraftView,
+        isolated: dict[int, PendingLight],
+        all_mutual: dict[NearGroup, Future[MutualLight]],
+    ) -> VertexLighting | None:
+        pending = isolated.get(one.instance)
+        if pending is None:
+            return None
+        near = () if one.near is None else tuple(isolated[o.instance] for o in one.near.spacecraft)
+        made_of = pending.made_of, *(other.made_of for other in near)
+        for all_solved in (self._unwritten, self._written):
+            solved = all_solved.pop(one.instance, None)
+            if solved is not None and solved.made_of == made_of:
+                all_solved[one.instance] = solved
+                return solved.lighting
+        from_near = None
+        if one.near is not None:
+            if one.near not in all_mutual:
+                all_mutual[one.near] = self._mutual_light(near, one.near.pairs)
+            from_near = self._received(all_mutual[one.near], near.index(pending))
+        solved = _Solved(
+            made_of=made_of,
+            values=self._solve(one.instance, pending, from_near),
+            lighting=self._vertex_lighting(one, pending.incident, pending.transport),
+        )
+        self._unwritten[one.instance] = solved
+        return solved.lighting
+
+    def _mutual_light(
+        self, near: Sequence[PendingLight], pairs: Sequence[NearPair]
+    ) -> Future[MutualLight]:
+        """Light that goes between some spacecraft."""
+        isolated = [one.at_patches for one in near]
+
+        def solved() -> MutualLight:
+            return self._neighbours.mutual_light([one.result() for one in isolated], pairs)
+
+        return self._executor.submit(solved)
+
+    def _received(self, mutual: Future[MutualLight], number: int) -> Future[FromNeighbours]:
+        return self._executor.submit(lambda: mutual.result().received(number))
+
+    def _solve(
+        self, instance: int, pending: PendingLight, from_near: Future[FromNeighbours] | None
     ) -> Future[_Values]:
         """In other threads; each task waits only for some that were submitted before it."""
-        model, gather, submit = spacecraft.model, transport.of_vertices, self._executor.submit
-        cells = submit(lambda: None if sky is None else transport.cells_of(sky))
-        share = submit(lambda: earth_share(gather, cells.result()))
-        if light.lit_by:
-            near = self._neighbours.received(model, sky, light, joint_light)
+        gather, cells, at_vertices = (
+            pending.transport.of_vertices,
+            pending.cells,
+            pending.at_vertices,
+        )
+        share = self._executor.submit(lambda: earth_share(gather, cells.result()))
 
-            def with_neighbours() -> _Values:
-                irradiance = vertex_irradiance(gather, near.exitance) + near.at_rows
-                left = share.result().ravel() - near.lost_share(gather, cells.result())
-                return _Values(vertices=_texels(irradiance, np.maximum(left, 0.0)))
-
-            return submit(with_neighbours)
-        besides = self._begun[spacecraft.instance].besides_sky
-
-        def without_neighbours() -> _Values:
-            exitance, sunlight = self.light.at_vertices(
-                model, transport, cells.result(), light, besides.result()
-            )
+        def values() -> _Values:
+            exitance, sunlight = at_vertices.result()
+            near = None if from_near is None else from_near.result()
+            if near is not None:
+                exitance = exitance + near.exitance
             more = None if sunlight is None else sunlight.vertices
-            irradiance = vertex_irradiance(gather, exitance, more)
+            irradiance, left = vertex_irradiance(gather, exitance, more), share.result().ravel()
+            if near is not None:
+                irradiance += near.at_rows
+                left = np.maximum(left - near.lost_share(gather, cells.result()), 0.0)
             nodes = None if sunlight is None else sunlight.nodes
-            return _Values(vertices=_texels(irradiance, share.result().ravel()), nodes=nodes)
+            return _Values(vertices=_texels(irradiance, left), nodes=nodes)
 
         def make_ahead() -> None:
-            response = self.light.response(model, transport)
-            self._next_sunlight.make_ahead(spacecraft.instance, response, light.sun_direction)
+            response = self.light.response(pending.model, pending.transport)
+            self._next_sunlight.make_ahead(instance, response, pending.incident.sun_direction)
 
-        values = submit(without_neighbours)
-        if _in_sunlight(light, transport):
-            self._ahead.append(submit(make_ahead))
-        return values
+        solved = self._executor.submit(values)
+        if _in_sunlight(pending.incident, pending.transport):
+            self._ahead.append(self._executor.submit(make_ahead))
+        return solved
 
     def _vertex_lighting(
         self, spacecraft: SpacecraftView, light: IncidentLight, transport: LightTransport
@@ -275,8 +330,7 @@ class InterreflectionPass:
 
 def _in_sunlight(light: IncidentLight, transport: LightTransport) -> bool:
     """Whether vertices get the Sun's light as it was solved beforehand."""
-    solved_before = not light.lit_by and not isinstance(transport, PosedTransport)
-    return solved_before and bool(light.sun_irradiance.any())
+    return not isinstance(transport, PosedTransport) and bool(light.sun_irradiance.any())
 
 
 def _texels(irradiance: Array32, share: Array32) -> Array32:

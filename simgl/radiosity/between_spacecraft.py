@@ -8,213 +8,246 @@ stand to each other alone, and is known again while they do.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.spatial.transform import Rotation
 
 from simgl.arrays import Array, Array32, IndexArray
-from simgl.radiosity.gather_points import LIFT, unit_rows
-from simgl.radiosity.hemisphere import CELLS_ACROSS, sky_cell
-from simgl.radiosity.light_transport import LightTransport
-from simgl.radiosity.occlusion import inside_others
+from simgl.radiosity.gather_points import unit_rows
+from simgl.radiosity.hemisphere import CELLS_ACROSS, SKY_CELLS, sky_cell
+from simgl.radiosity.light_transport import matrix_nbytes
+from simgl.radiosity.near_body import NearBody
 from simgl.radiosity.patches import SAMPLES
-from simgl.radiosity.solver import Blocker
-from simgl.radiosity.transport_store import lit_mesh
-from simgl.rays import RayTracer, ray_tracer
-from simgl.scene.posed_mesh import PosedMesh
-from simgl.scene.spacecraft import SpacecraftModel
+from simgl.rays import ray_tracer
 
 # Clusters are so wide for each metre of their distance from the other spacecraft, and at most so
 # many: as many as make so many pairs with its places, within these limits.
 _WIDTH, _PAIRS, _LIMITS = 0.25, 800_000, (64, 1024)
-# Poses of one to the other are known in steps of this share of their distance, and this turn [rad].
-STEP = 1.0 / 64.0
+# Clusters that would fill less of a hemisphere do not count. They are looked for from so many
+# places together, few enough for the processor's cache.
+_SMALLEST, _ROWS = 1e-6, 2048
+# Shares of their distance and turns [rad]: which places see which clusters is known in such steps
+# of the pose of one to the other, and how much of a hemisphere those fill in these small ones.
+STEP, FINE_STEP = 1.0 / 32.0, 1.0 / 4096.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class NearBody:
-    """A spacecraft with its transport, as others near it see it, in its own axes."""
+class Clusters:
+    """What a body sends light as, in its own axes.
 
-    model: SpacecraftModel
-    transport: LightTransport
+    middle, facing : (c, 3) and their mean normals; areas : (c,) [m2]
+    """
 
-    @cached_property
-    def mesh(self) -> PosedMesh:
-        """What gathers light, with the joints where they are."""
-        return lit_mesh(self.model, self.transport)
+    middle: Array32
+    facing: Array32
+    areas: Array32
 
-    @cached_property
-    def key(self) -> tuple[str, str]:
-        """Equal for equal bodies at equal poses."""
-        return self.transport.digest, self.model.posed_mesh.digest
+    def seen_from(self, sender_from_receiver: Array) -> Clusters:
+        """The same in the axes of the receiver."""
+        turn, shift = sender_from_receiver[:3, :3], sender_from_receiver[:3, 3]
+        return Clusters(
+            middle=((self.middle - shift) @ turn).astype(np.float32),
+            facing=(self.facing @ turn).astype(np.float32),
+            areas=self.areas,
+        )
 
-    @cached_property
-    def places(self) -> tuple[Array32, Array32, IndexArray]:
-        """(s, 3) places that gather light and their normals, and which one each row of vertex and
-        side takes (r,)."""
-        mesh, transport = self.mesh.baked(), self.transport
-        lift = np.float32(LIFT * mesh.radius)
-        positions, normals = [], []
-        outwards = unit_rows(mesh.normals.astype(np.float64)).astype(np.float32)
-        for side in (1.0, -1.0)[: transport.sides]:
-            normals.append(np.float32(side) * outwards)
-            positions.append(mesh.positions + lift * normals[-1])
-        place, normal = np.concatenate(positions), np.concatenate(normals)
-        of_row = transport.gather_point_of_vertex.ravel()
-        # Vertices of one gather point lie side by side; those inside other parts do not stand for
-        # it where another one does.
-        hidden = np.zeros(len(place), dtype=np.bool_)
-        if transport.sides == 1 and transport.form_factors.nnz:
-            tracer = RayTracer(mesh)
-            hidden = inside_others(
-                mesh, tracer, place.astype(np.float64), normal.astype(np.float64)
-            )
-        order = np.lexsort((hidden, of_row))
-        points, first = np.unique(of_row[order], return_index=True)
-        chosen = order[first]
-        number = np.searchsorted(points, transport.gather_point_of_vertex.T.ravel())
-        return place[chosen], normal[chosen], number
 
-    @cached_property
-    def samples(self) -> tuple[Array32, Array32, Array, IndexArray]:
-        """(n, 3) sample points of its patches that are outside other parts and the normals there,
-        their parts of the area [m2] and the patches (n,)."""
-        transport = self.transport
-        patch, sample = np.nonzero(transport.point_open)
-        area = (transport.areas / SAMPLES)[patch].astype(np.float64)
-        return transport.points[patch, sample], transport.normals[patch, sample], area, patch
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SeenPairs:
+    """Points of a receiver and the clusters that are seen from them.
+
+    points, normals : (n, 3)
+    rows : (n,) of a matrix of what they get, in order
+    parts : (n,) of its row that each point is
+    point, cluster : (k,) of each pair
+    """
+
+    points: Array32
+    normals: Array32
+    rows: IndexArray
+    parts: Array32
+    point: IndexArray
+    cluster: IndexArray
+
+    def shares(self, clusters: Clusters) -> Array32:
+        """(k,) of the hemisphere above each point, weighted by the cosine, that a cluster fills,
+        as a disc of its area, times the point's part.
+
+        clusters : in the receiver's axes
+        """
+        offset = np.take(clusters.middle, self.cluster, axis=0)
+        offset -= np.take(self.points, self.point, axis=0)
+        here = np.einsum("ij,ij->i", offset, np.take(self.normals, self.point, axis=0))
+        towards = -np.einsum("ij,ij->i", offset, np.take(clusters.facing, self.cluster, axis=0))
+        areas = np.take(clusters.areas, self.cluster)
+        square = np.maximum(np.einsum("ij,ij->i", offset, offset), np.float32(1e-9))
+        share = np.maximum(here, 0.0) * np.maximum(towards, 0.0) * areas
+        share /= square * (np.float32(np.pi) * square + areas)
+        # Discs nearby would overlap.
+        filled = np.bincount(self.point, share, minlength=len(self.points))
+        scale = self.parts / np.maximum(filled, 1.0).astype(np.float32)
+        return np.asarray(share * np.take(scale, self.point), dtype=np.float32)
+
+    def matrix(
+        self, shares: Array32, columns: IndexArray, shape: tuple[int, int]
+    ) -> sparse.csr_matrix:
+        """Of shares in their rows and in some columns (k,), which may occur twice."""
+        first = np.searchsorted(self.rows[self.point], np.arange(shape[0] + 1))
+        return sparse.csr_matrix((shares, columns, first), shape=shape)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LightPath:
-    """How the light of one body, the sender, comes to another one.
+    """How the light of one body, the sender, comes to another one near a pose.
 
-    samples : (n,) of the sender that are seen from the receiver
+    samples : (n,) of the sender's that are seen from the receiver, by their numbers among all
     means : (c, n) csr, the mean of those in each cluster
     senders : (c, p) csr, the same of the sender's patches
-    to_places : (s, c) share of the hemisphere above a place that a cluster fills, weighted by the
-        cosine
-    to_patches : (q, c) of the receiver's patches
-    cells : (s, c) cell of the receiver's sky before which the cluster stands
+    at_places, at_patches : where the receiver gathers light, and its patches
+    cells : (k,) of the receiver's sky, before which the clusters stand that places see
+    patches : number of the receiver's
     """
 
     samples: IndexArray
     means: sparse.csr_matrix
     senders: sparse.csr_matrix
-    to_places: Array32
-    to_patches: Array32
-    cells: NDArray[np.int16]
-
-    def at_patches(self, exitance: Array32) -> Array32:
-        """(q, 4) irradiance of the receiver's patches by the clusters' (c, 4) [W m-2]."""
-        return self.to_patches @ exitance
-
-    def at_places(self, exitance: Array32) -> Array32:
-        """(s, 4) irradiance of the receiver's places [W m-2]."""
-        return self.to_places @ exitance
-
-    @property
-    def largest_share(self) -> float:
-        """Of a patch's hemisphere that the sender fills."""
-        return float(self.to_patches.sum(axis=1).max(initial=0.0))
+    clusters: Clusters
+    at_places: SeenPairs
+    at_patches: SeenPairs
+    cells: IndexArray
+    patches: int
 
     @property
     def nbytes(self) -> int:
         """Size of its arrays."""
-        return self.to_places.nbytes + self.to_patches.nbytes + self.cells.nbytes
+        pairs = len(self.at_places.point) + len(self.at_patches.point)
+        return 16 * pairs + self.cells.nbytes + matrix_nbytes(self.means)
 
 
-def in_steps(other_from_body: Array, reach: float) -> Array:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PosedPath:
+    """A light path at a pose of its bodies to each other.
+
+    sender_from_receiver : (4, 4) between their axes
+    """
+
+    path: LightPath
+    sender_from_receiver: Array
+
+    @cached_property
+    def to_patches(self) -> sparse.csr_matrix:
+        """(q, c) csr, share of the hemisphere above a patch that a cluster fills, weighted by the
+        cosine."""
+        pairs = self.path.at_patches
+        shape = self.path.patches, len(self._clusters.areas)
+        return pairs.matrix(pairs.shares(self._clusters), pairs.cluster, shape)
+
+    @cached_property
+    def to_places(self) -> sparse.csr_matrix:
+        """(s, c) csr, the same of the places."""
+        pairs = self.path.at_places
+        shape = len(pairs.points), len(self._clusters.areas)
+        return pairs.matrix(self._to_places, pairs.cluster, shape)
+
+    @cached_property
+    def hides(self) -> sparse.csr_matrix:
+        """(s, 96) csr, of which the sender stands before each cell of the receiver's sky."""
+        pairs = self.path.at_places
+        return pairs.matrix(self._to_places, self.path.cells, (len(pairs.points), SKY_CELLS))
+
+    @cached_property
+    def _to_places(self) -> Array32:
+        return self.path.at_places.shares(self._clusters)
+
+    @cached_property
+    def _clusters(self) -> Clusters:
+        return self.path.clusters.seen_from(self.sender_from_receiver)
+
+    @property
+    def nbytes(self) -> int:
+        """Size of its matrices."""
+        return 8 * (2 * len(self.path.at_places.point) + len(self.path.at_patches.point))
+
+
+def in_steps(other_from_body: Array, reach: float, step: float) -> Array:
     """(4, 4) a pose of one body in the axes of another, in steps small beside their distance.
 
     reach : [m] between them
+    step : as a share of that, and of turns [rad]
     """
     result = np.eye(4)
-    step = 2.0 ** np.floor(np.log2(max(STEP * reach, 1e-6)))
-    result[:3, 3] = step * np.round(other_from_body[:3, 3] / step)
-    turn = Rotation.from_matrix(other_from_body[:3, :3]).as_rotvec()
-    result[:3, :3] = Rotation.from_rotvec(STEP * np.round(turn / STEP)).as_matrix()
-    return result
+    size = 2.0 ** np.floor(np.log2(max(step * reach, 1e-6)))
+    result[:3, 3] = size * np.round(other_from_body[:3, 3] / size)
+    turn = step * np.round(Rotation.from_matrix(other_from_body[:3, :3]).as_rotvec() / step) + 0.0
+    # Half a turn is one either way: rounding errors do not choose.
+    if np.linalg.norm(turn) > np.pi - step and turn[np.flatnonzero(turn)[0]] < 0.0:
+        turn = -turn
+    result[:3, :3] = Rotation.from_rotvec(turn).as_matrix()
+    # Without negative zeros: equal poses have equal bits.
+    return result + 0.0
 
 
 def light_path(receiver: NearBody, sender: NearBody, sender_from_receiver: Array) -> LightPath:
-    """How light comes from the sender to the receiver.
+    """How light comes from the sender to the receiver near a pose.
 
     sender_from_receiver : (4, 4) between their axes
     """
     turn, shift = sender_from_receiver[:3, :3], sender_from_receiver[:3, 3]
     open_ = _towards(sender, receiver, turn, shift)
-    if len(open_) == 0:
-        return _no_path(receiver, sender)
-    points, normals = sender.samples[0][open_], sender.samples[1][open_]
-    part, patch = sender.samples[2][open_], sender.samples[3][open_]
-    seen_from = (points - shift) @ turn
-    distance = np.maximum(_distance(receiver, seen_from), _nearest(receiver, sender))
-    limit = int(np.clip(_PAIRS // len(receiver.places[0]), *_LIMITS))
-    cluster = _clusters(points, normals, distance, limit)
-    count = int(cluster.max()) + 1
-    areas = np.bincount(cluster, part, minlength=count).astype(np.float64)
-    share = sparse.csr_matrix(
-        ((part / areas[cluster]).astype(np.float32), (cluster, np.arange(len(cluster)))),
-        shape=(count, len(cluster)),
+    samples, part = sender.samples[3][open_], sender.samples[2][open_]
+    number = _clustered(receiver, sender, open_, sender_from_receiver)
+    count = int(number.max(initial=-1)) + 1
+    areas = np.bincount(number, part, minlength=count)
+    means = sparse.csr_matrix(
+        ((part / areas[number]).astype(np.float32), (number, np.arange(len(number)))),
+        shape=(count, len(number)),
     )
-    middle, facing = share @ seen_from, unit_rows(share @ (normals @ turn))
-    clusters = _Clusters(
-        middle=middle,
-        facing=facing,
-        areas=areas,
-        points=seen_from[np.argsort(cluster, kind="stable")],
-        first=np.searchsorted(np.sort(cluster), np.arange(count + 1)),
-    )
-
-    def seen(places: Array32, outwards: Array32) -> tuple[Array32, NDArray[np.int16]]:
-        return _form_factors(receiver, sender, sender_from_receiver, (places, outwards), clusters)
-
-    places, outwards, _ = receiver.places
-    to_places, cells = seen(places, outwards)
     of_patch = sparse.csr_matrix(
-        (np.ones(len(patch), dtype=np.float32), (np.arange(len(patch)), patch)),
-        shape=(len(patch), len(sender.transport.areas)),
+        (np.ones(len(samples), dtype=np.float32), (np.arange(len(samples)), samples // SAMPLES)),
+        shape=(len(samples), len(sender.transport.areas)),
     )
-    inverse: Array = np.linalg.inv(sender_from_receiver).astype(np.float64)
-    at, chosen = _samples_for(receiver, sender, inverse[:3, :3], inverse[:3, 3])
-    number = np.bincount(at, minlength=len(receiver.transport.areas)).astype(np.float32)
-    mean = sparse.csr_matrix(
-        (1.0 / number[at], (at, np.arange(len(at)))), shape=(len(number), len(at))
+    clusters = Clusters(
+        middle=(means @ sender.samples[0][open_]).astype(np.float32),
+        facing=unit_rows(means @ sender.samples[1][open_]).astype(np.float32),
+        areas=areas.astype(np.float32),
     )
+    ends = _Ends.of(sender.samples[0][open_], number, count)
+    places, outwards, _ = receiver.places
+    every = np.arange(len(places))
+    pose = receiver, sender, sender_from_receiver
+    at_places = _seen(pose, (places, outwards), (every, np.ones_like(places[:, 0])), clusters, ends)
+    at, chosen = _samples_for(*pose)
+    parts = (1.0 / np.bincount(at)[at]).astype(np.float32)
+    points, normals = receiver.samples[0][chosen], receiver.samples[1][chosen]
+    at_patches = _seen(pose, (points, normals), (at, parts), clusters, ends)
+    ways = clusters.seen_from(sender_from_receiver).middle[at_places.cluster]
+    ways -= places[at_places.point]
     return LightPath(
-        samples=open_,
-        means=share,
-        senders=(share @ of_patch).tocsr(),
-        to_places=to_places,
-        to_patches=mean @ seen(receiver.samples[0][chosen], receiver.samples[1][chosen])[0],
-        cells=cells,
+        samples=samples,
+        means=means,
+        senders=(means @ of_patch).tocsr(),
+        clusters=clusters,
+        at_places=at_places,
+        at_patches=at_patches,
+        cells=sky_cell(ways.astype(np.float64), CELLS_ACROSS),
+        patches=len(receiver.transport.areas),
     )
 
 
-def sun_cosines(
-    body: NearBody, samples: IndexArray, direction: Array, blockers: Sequence[Blocker]
-) -> Array32:
-    """(n,) cosines of some of a body's samples to the Sun, 0 where it is not seen.
-
-    direction : (3,) unit, towards the Sun, body axes
-    blockers : other bodies
-    """
-    points, normals = body.samples[0][samples], body.samples[1][samples]
-    cosines = np.maximum(normals @ direction.astype(np.float32), 0.0)
-    lit = np.flatnonzero(cosines > 0.0)
-    rays = np.broadcast_to(direction, (len(lit), 3))
-    hidden = ray_tracer(body.model.posed_mesh).occluded(points[lit], rays)
-    for blocker in blockers:
-        turn, shift = blocker.other_from_body[:3, :3], blocker.other_from_body[:3, 3]
-        hidden |= blocker.tracer.occluded(points[lit] @ turn.T + shift, rays @ turn.T)
-    cosines[lit[hidden]] = 0.0
-    return cosines
+def _clustered(
+    receiver: NearBody, sender: NearBody, open_: IndexArray, sender_from_receiver: Array
+) -> IndexArray:
+    """(n,) number of the cluster of each of some samples of the sender."""
+    if len(open_) == 0:
+        return open_
+    turn, shift = sender_from_receiver[:3, :3], sender_from_receiver[:3, 3]
+    points, normals = sender.samples[0][open_], sender.samples[1][open_]
+    distance = np.maximum(_distance(receiver, (points - shift) @ turn), _nearest(receiver, sender))
+    limit = int(np.clip(_PAIRS // len(receiver.places[0]), *_LIMITS))
+    return clusters_of(points, normals, distance, limit)
 
 
 def _distance(body: NearBody, points: Array) -> Array:
@@ -225,16 +258,14 @@ def _distance(body: NearBody, points: Array) -> Array:
 
 
 def _samples_for(
-    receiver: NearBody, sender: NearBody, turn: Array, shift: Array
+    receiver: NearBody, sender: NearBody, sender_from_receiver: Array
 ) -> tuple[IndexArray, IndexArray]:
     """Patch and sample point of the receiver for each place where its patches get light: one of a
-    small patch, all of a large one.
-
-    turn, shift : to the receiver's axes from the sender's
-    """
-    patch = receiver.samples[3]
+    small patch, all of a large one."""
+    turn, shift = sender_from_receiver[:3, :3], sender_from_receiver[:3, 3]
+    patch = receiver.samples[3] // SAMPLES
     centres, radii = receiver.transport.patch_spheres
-    distance = _distance(sender, (centres - shift) @ turn)
+    distance = _distance(sender, centres @ turn.T + shift)
     large = radii > _WIDTH * np.maximum(distance, _nearest(receiver, sender))
     first = np.concatenate([[True], patch[1:] != patch[:-1]])
     chosen = np.flatnonzero(first | large[patch])
@@ -270,20 +301,7 @@ def _eight(corners: Array) -> Array:
     return np.stack([c.ravel() for c in np.meshgrid(*corners.T)], axis=1)
 
 
-def _no_path(receiver: NearBody, sender: NearBody) -> LightPath:
-    """Of a sender that the receiver does not see."""
-    places, patches = len(receiver.places[0]), len(receiver.transport.areas)
-    return LightPath(
-        samples=np.zeros(0, dtype=np.int64),
-        means=sparse.csr_matrix((0, 0), dtype=np.float32),
-        senders=sparse.csr_matrix((0, len(sender.transport.areas)), dtype=np.float32),
-        to_places=np.zeros((places, 0), dtype=np.float32),
-        to_patches=np.zeros((patches, 0), dtype=np.float32),
-        cells=np.zeros((places, 0), dtype=np.int16),
-    )
-
-
-def _clusters(points: Array32, normals: Array32, distance: Array, limit: int) -> IndexArray:
+def clusters_of(points: Array32, normals: Array32, distance: Array, limit: int) -> IndexArray:
     """(n,) number of the cluster of each sample: those of one cell of space that face alike.
 
     distance : (n,) from the other spacecraft [m]
@@ -291,73 +309,100 @@ def _clusters(points: Array32, normals: Array32, distance: Array, limit: int) ->
     """
     axis = np.argmax(np.abs(normals), axis=1)
     side = 2 * axis + (np.take_along_axis(normals, axis[:, None], 1)[:, 0] < 0.0)
+    low = points.min(axis=0)
+    # One cell of this edge holds all of them.
+    largest = int(np.ceil(np.log2(max(float((points.max(axis=0) - low).max()), 1e-6)))) + 1
     width = _WIDTH
     while True:
-        level = np.ceil(np.log2(width * distance))
-        cell = np.floor(points / (2.0**level)[:, None]).astype(np.int64)
-        keys = np.column_stack([level.astype(np.int64), side, cell])
-        _, number = np.unique(keys, axis=0, return_inverse=True)
+        level = np.minimum(np.ceil(np.log2(width * distance)).astype(np.int64), largest)
+        cell = ((points - low) / np.exp2(level)[:, None]).astype(np.int64)
+        across = int(cell.max()) + 1
+        key = (level - level.min()) * 6 + side
+        for place in cell.T:
+            key = key * across + place
+        _, number = np.unique(key, return_inverse=True)
         if int(number.max()) < limit:
-            return np.asarray(number.ravel(), dtype=np.int64)
+            return np.asarray(number, dtype=np.int64)
         width *= 1.3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class _Clusters:
-    """What sends light, in the receiver's axes.
+class _Ends:
+    """Where rays to clusters end: (n, 3) points of their surfaces, sender's axes, those of one
+    cluster from ``first`` (c + 1,) on."""
 
-    middle, facing : (c, 3) and their mean normals; areas : (c,) [m2]
-    points : (n, 3) of their surfaces, those of one cluster from ``first`` (c + 1,) on
-    """
-
-    middle: Array
-    facing: Array
-    areas: Array
-    points: Array
+    points: Array32
     first: IndexArray
 
+    @classmethod
+    def of(cls, points: Array32, number: IndexArray, count: int) -> _Ends:
+        """Of points by the numbers (n,) of their clusters."""
+        order = np.argsort(number, kind="stable")
+        return cls(points=points[order], first=np.searchsorted(number[order], np.arange(count + 1)))
 
-def _form_factors(
-    receiver: NearBody,
-    sender: NearBody,
-    sender_from_receiver: Array,
+
+def _seen(
+    pose: tuple[NearBody, NearBody, Array],
     points: tuple[Array32, Array32],
-    clusters: _Clusters,
-) -> tuple[Array32, NDArray[np.int16]]:
-    """(n, c) share of each point's hemisphere that each cluster fills, as a disc of its area, and
-    the cell of the sky behind it.
+    rows: tuple[IndexArray, Array32],
+    clusters: Clusters,
+    ends: _Ends,
+) -> SeenPairs:
+    """The clusters that points of a receiver see.
 
-    points : (n, 3) places and normals
+    pose : receiver, sender, and (4, 4) to the sender's axes from the receiver's
+    points : (n, 3) and their normals
+    rows : of each point, and its part of its row
     """
-    places, normals = points
-    areas = clusters.areas
-    middle, facing = clusters.middle, clusters.facing
-    square = (
-        np.sum(middle**2, axis=1) + np.sum(places**2, axis=1)[:, None] - 2.0 * places @ middle.T
-    )
-    here = normals @ middle.T - np.sum(places * normals, axis=1)[:, None]
-    cosine_at_cluster = places @ facing.T - np.sum(middle * facing, axis=1)
-    square = np.maximum(square, 1e-9)
-    factors = np.maximum(here, 0.0) * np.maximum(cosine_at_cluster, 0.0) * areas
-    factors /= square * (np.pi * square + areas)
-    place, cluster = np.nonzero(factors > 1e-6)
-    # Neighbouring places look at different points of a cluster: what hides a part of it hides it
+    receiver, sender, sender_from_receiver = pose
+    starts, normals = points
+    point, cluster = _facing(starts, normals, clusters.seen_from(sender_from_receiver))
+    # Neighbouring points look at different places of a cluster: what hides a part of it hides it
     # from as many.
-    number = np.diff(clusters.first)[cluster]
-    point = clusters.first[cluster] + (place * 7 + cluster * 3) % number
+    number = np.diff(ends.first)[cluster]
+    end = ends.first[cluster] + (point * 7 + cluster * 3) % number
     turn, shift = sender_from_receiver[:3, :3], sender_from_receiver[:3, 3]
-    way = clusters.points[point] - places[place]
-    hidden = np.zeros(len(place), dtype=np.bool_)
-    ways = (
-        (sender, places[place] @ turn.T + shift, way @ turn.T),
-        (receiver, places[place].astype(np.float64), way),
+    for body, origins, goals in (
+        (receiver, starts, ((ends.points - shift) @ turn).astype(np.float32)),
+        (sender, (starts @ turn.T + shift).astype(np.float32), ends.points),
+    ):
+        begin = np.take(origins, point, axis=0)
+        ways = np.take(goals, end, axis=0) - begin
+        reach = np.full(len(point), 1.0 - 1e-3, dtype=np.float32)
+        seen = np.flatnonzero(~ray_tracer(body.model.posed_mesh).occluded(begin, ways, reach))
+        point, cluster, end = point[seen], cluster[seen], end[seen]
+    return SeenPairs(
+        points=starts,
+        normals=normals,
+        rows=rows[0],
+        parts=rows[1],
+        point=point.astype(np.int32),
+        cluster=cluster.astype(np.int32),
     )
-    for body, starts, rays in ways:
-        rest = np.flatnonzero(~hidden)
-        reach = np.full(len(rest), 1.0 - 1e-3, dtype=np.float32)
-        tracer = ray_tracer(body.model.posed_mesh)
-        hidden[rest] = tracer.occluded(starts[rest], rays[rest], reach)
-    factors[place[hidden], cluster[hidden]] = 0.0
-    cells = np.zeros(factors.shape, dtype=np.int16)
-    cells[place, cluster] = sky_cell(way, CELLS_ACROSS)
-    return factors.astype(np.float32), cells
+
+
+def _facing(places: Array32, normals: Array32, clusters: Clusters) -> tuple[IndexArray, IndexArray]:
+    """Pairs of a place and a cluster that face each other, where the cluster would fill more than
+    ``_SMALLEST`` of the hemisphere; place by place."""
+    nothing = np.zeros(0, dtype=np.int64)
+    if len(clusters.areas) == 0:
+        return nothing, nothing
+    # About a point near both, where float32 tells small distances.
+    origin = clusters.middle.mean(axis=0)
+    middle, facing, areas = clusters.middle - origin, clusters.facing, clusters.areas
+    beyond = np.linalg.norm(middle, axis=1).max()
+    # Most places look away from all clusters.
+    open_ = np.flatnonzero(np.einsum("ij,ij->i", normals, places - origin) < beyond)
+    pairs = [(nothing, nothing)]
+    for at in range(0, len(open_), _ROWS):
+        rows = open_[at : at + _ROWS]
+        here, outwards = places[rows] - origin, normals[rows]
+        square = np.sum(middle**2, axis=1) + np.sum(here**2, axis=1)[:, None]
+        square = np.maximum(square - 2.0 * here @ middle.T, np.float32(1e-9))
+        facing_it = np.maximum(outwards @ middle.T - np.sum(here * outwards, axis=1)[:, None], 0.0)
+        faced = np.maximum(here @ facing.T - np.sum(middle * facing, axis=1), 0.0)
+        smallest = _SMALLEST * square * (np.float32(np.pi) * square + areas)
+        place, cluster = np.nonzero(facing_it * faced * areas > smallest)
+        pairs.append((rows[place], cluster))
+    place, cluster = (np.concatenate(numbers) for numbers in zip(*pairs, strict=True))
+    return place, cluster

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,8 +15,9 @@ from simgl.scene.state import BodyState, SceneState
 
 # Of the distance: a body of this radius covers a millionth of a hemisphere's light.
 _MIN_SIZE = 1e-3
-# Of a hemisphere, weighted by the cosine: of white spacecraft in sunlight 1e-3 of it.
-_MIN_SHARE = 1e-3
+# Light from another spacecraft that may be less than this share of all is left out; it counts in
+# full from twice as much on.
+THRESHOLD = 1e-3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -46,16 +47,20 @@ class Neighbour:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class LitNeighbour:
-    """A spacecraft near enough for its light to matter.
+class NearPair:
+    """Light that goes from one spacecraft of some to another.
 
-    gap : from its bounding sphere's centre to the body's [m]
-    light : on it, its neighbours' left out
+    receiver, sender : which of them
+    sender_from_receiver : (4, 4) between their axes
+    reach : between the centres of the bounding spheres [m]
+    weight : of that light, 0 to 1; it rises from 0 as they come near
     """
 
-    neighbour: Neighbour
-    gap: float
-    light: IncidentLight
+    receiver: int
+    sender: int
+    sender_from_receiver: Array
+    reach: float
+    weight: float
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -67,7 +72,6 @@ class IncidentLight:
     before_sun : spacecraft that may shade it from the Sun
     lamps : that may light it
     around : every other spacecraft, which may stand between it and a lamp
-    lit_by : those whose light comes to it
     """
 
     sun_direction: Array
@@ -75,7 +79,6 @@ class IncidentLight:
     before_sun: tuple[Neighbour, ...]
     lamps: tuple[SpotLight, ...]
     around: tuple[Neighbour, ...]
-    lit_by: tuple[LitNeighbour, ...] = ()
 
     @property
     def key(self) -> tuple[Hashable, ...]:
@@ -98,34 +101,13 @@ class IncidentLight:
                 )
                 for lamp in self.lamps
             ),
-            *(key for lit in self.lit_by for key in lit.light.key),
         )
 
 
-def incident_light_with_neighbours(state: SceneState, body: BodyState) -> IncidentLight:
-    """The lights of a body of the scene, its neighbours among them."""
-    isolated = incident_light(state, body)
-    lit_by = []
-    for neighbour in isolated.around:
-        gap = _gap(body, neighbour)
-        if _may_light(body, neighbour, gap):
-            other = list(state.bodies.values())[neighbour.instance - 1]
-            light = incident_light(state, other)
-            lit_by.append(LitNeighbour(neighbour=neighbour, gap=gap, light=light))
-    return replace(isolated, lit_by=tuple(lit_by))
-
-
-def _gap(body: BodyState, neighbour: Neighbour) -> float:
-    """Between the centres of the bounding spheres [m]."""
-    matrix, mesh = neighbour.other_from_body, body.model.posed_mesh
-    offset = matrix[:3, :3] @ mesh.centre + matrix[:3, 3] - neighbour.model.posed_mesh.centre
-    return float(np.linalg.norm(offset))
-
-
-def _may_light(body: BodyState, neighbour: Neighbour, gap: float) -> bool:
-    """Whether it may fill more than ``_MIN_SHARE`` of a hemisphere of any place on a body."""
-    radius = neighbour.model.posed_mesh.radius
-    return radius**2 > _MIN_SHARE * max(gap - body.model.posed_mesh.radius, 0.0) ** 2
+def faded(share: float, threshold: float = THRESHOLD) -> float:
+    """Weight of light that is so small a share of all: from 0 at the threshold to 1 at twice it."""
+    t = min(max(share / threshold - 1.0, 0.0), 1.0)
+    return t * t * (3.0 - 2.0 * t)
 
 
 def incident_light(state: SceneState, body: BodyState) -> IncidentLight:

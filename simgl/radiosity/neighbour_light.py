@@ -1,40 +1,50 @@
-"""Light that a spacecraft gets from those near it, frame by frame; what stays is cached."""
+"""Light that spacecraft near each other exchange, frame by frame; what stays is cached."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from simgl.arrays import Array, Array32
-from simgl.environment_map import SkyRadiance, turned
+from simgl.arrays import Array32, IndexArray
+from simgl.environment_map import SkyRadiance
 from simgl.lru_cache import MANY, LruCache
 from simgl.radiosity.between_spacecraft import (
+    FINE_STEP,
+    STEP,
     LightPath,
-    NearBody,
+    PosedPath,
     in_steps,
     light_path,
-    sun_cosines,
 )
 from simgl.radiosity.convex_transport import convex_transport
-from simgl.radiosity.incident_light import IncidentLight, LitNeighbour
+from simgl.radiosity.incident_light import NearPair, faded
+from simgl.radiosity.isolated_light import IsolatedLight
 from simgl.radiosity.light_transport import GatherMatrix, LightTransport
+from simgl.radiosity.near_body import NearBody, standing_rows
 from simgl.radiosity.patch_light import PatchLight
+from simgl.radiosity.posed_transport import PosedTransport
 from simgl.radiosity.sky_cells import sky_cells
-from simgl.radiosity.transport_store import MAX_BYTES, JointLight, TransportStore
+from simgl.radiosity.transport_store import MAX_BYTES, STEPS, TransportStore
 from simgl.scene.spacecraft import SpacecraftModel
 
 _MAX_BODIES = 32
-# Light goes back and forth until so much is left of it, at most so many times.
-_LEFT, _MAX_JOURNEYS = 0.01, 8
+# Poses that move go through many.
+_MAX_POSED = 16
+# Light goes back and forth while it brings a body so much of the light that leaves it, at most so
+# many times. Of less, what the body sends to itself and back is left out.
+_ENOUGH, _MAX_JOURNEYS = 5e-3, 8
+# Of the bounces on each body in between: they are a part of a part of its light.
+_RESIDUAL = 0.03
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FromNeighbours:
     """What a body gets from those around it.
 
-    exitance : (p, 4) of its patches with that light after all bounces [W m-2]
-    at_rows : (r, 4) of its vertices and their sides [W m-2]
+    exitance : (p, 4) that their light adds to its patches, after all bounces [W m-2]
+    at_rows : (r, 4) irradiance of its vertices and their sides [W m-2]
     hidden : (r,) irradiance by the sky behind them over pi, mean of the bands [W m-2 sr-1]
     """
 
@@ -55,20 +65,54 @@ class FromNeighbours:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class _Near:
-    """A neighbour.
+class _Way:
+    """How light goes between two of some bodies, and how much of it counts."""
 
-    exitance : (q, 4) of its patches, but for what comes from the body and for the Sun's light
-        before any bounce [W m-2]
-    sunlit : (c, 4) that light in its clusters [W m-2]
-    to_body, to_neighbour : how its light comes to the body, and that of the body to it
+    pair: NearPair
+    path: LightPath
+    posed: PosedPath
+
+
+class MutualLight:
+    """The light of bodies after all journeys between them.
+
+    bodies : with the light that each would have without the others
+    sent : (c, 4) exitance of the clusters of each way [W m-2]
+    more : (p, 4) what that adds to the exitance of each body [W m-2]
     """
 
-    sender: NearBody
-    exitance: Array32
-    sunlit: Array32
-    to_body: LightPath
-    to_neighbour: LightPath
+    def __init__(
+        self,
+        bodies: Sequence[NearBody],
+        skies: Sequence[SkyRadiance | None],
+        ways: Sequence[_Way],
+        sent: Sequence[Array32],
+        more: Sequence[Array32],
+    ) -> None:
+        self._bodies, self._skies, self._more = bodies, skies, more
+        self._arriving = [
+            (way.pair.receiver, np.float32(way.pair.weight), way.posed, light)
+            for way, light in zip(ways, sent, strict=True)
+        ]
+
+    def received(self, number: int) -> FromNeighbours:
+        """What one of the bodies gets."""
+        places, _, of_row = self._bodies[number].places
+        light = np.zeros((len(places), 4), dtype=np.float32)
+        hidden = np.zeros(len(places), dtype=np.float32)
+        sky = self._skies[number]
+        cells = None if sky is None else sky_cells(sky).mean(axis=1)
+        for receiver, weight, posed, sent in self._arriving:
+            if receiver != number:
+                continue
+            light += posed.to_places @ (weight * sent)
+            if cells is not None:
+                hidden += posed.hides @ (weight * cells)
+        return FromNeighbours(
+            exitance=self._more[number],
+            at_rows=np.take(light, of_row, axis=0),
+            hidden=hidden[of_row],
+        )
 
 
 class NeighbourLight:
@@ -79,106 +123,126 @@ class NeighbourLight:
 
     def __init__(self, transports: TransportStore, light: PatchLight) -> None:
         self._transports, self._light = transports, light
-        self._convex = LruCache[tuple[str, bool], LightTransport](_MAX_BODIES)
+        self._coarse = LruCache[tuple[str, bool], LightTransport](_MAX_BODIES)
         self._bodies = LruCache[tuple[object, ...], NearBody](_MAX_BODIES)
+        self._standing = LruCache[tuple[str, int], IndexArray](_MAX_BODIES)
         self._paths = LruCache[tuple[object, ...], LightPath](MANY, max_bytes=MAX_BYTES)
+        self._posed = LruCache[tuple[object, ...], PosedPath](_MAX_POSED, max_bytes=MAX_BYTES)
 
-    def transport(self, model: SpacecraftModel, joint_light: JointLight) -> LightTransport:
-        """How light goes on a body that sees itself or does not."""
-        transport = self._transports.of(model, joint_light)
-        if transport is not None:
-            return transport
-        key = model.posed_mesh.digest, model.open_sheets
-        return self._convex.get(key, lambda: convex_transport(model))
+    def coarse_transport(self, model: SpacecraftModel) -> LightTransport:
+        """How light goes on a body whose surfaces do not see each other, or that is not drawn."""
+        coarse = model.coarsely_posed(STEPS["exact"])
+        key = coarse.posed_mesh.digest, model.open_sheets
+        return self._coarse.get(key, lambda: convex_transport(model))
 
-    def received(
+    def mutual_light(
+        self, isolated: Sequence[IsolatedLight], pairs: Sequence[NearPair]
+    ) -> MutualLight:
+        """The light of spacecraft after all journeys between them."""
+        self._coarse.reserve(len(isolated))
+        self._bodies.reserve(len(isolated))
+        self._standing.reserve(len(isolated))
+        self._paths.reserve(len(pairs))
+        self._posed.reserve(len(pairs))
+        bodies = [self._body(one) for one in isolated]
+        ways = [self._way(bodies[pair.receiver], bodies[pair.sender], pair) for pair in pairs]
+        sunlit = [self._sunlit(one) for one in isolated]
+        sent = []
+        for way in ways:
+            rest, samples = sunlit[way.pair.sender]
+            first = way.path.senders @ rest
+            if samples is not None:
+                first += way.path.means @ np.take(samples, way.path.samples, axis=0)
+            sent.append(first)
+        more = [np.zeros_like(one.exitance) for one in isolated]
+        added = sent
+        for _ in range(_MAX_JOURNEYS):
+            bounced = self._bounced(isolated, more, ways, added)
+            if not bounced:
+                break
+            for number, light in bounced.items():
+                more[number] = more[number] + light
+            added = [_sent_on(way, bounced) for way in ways]
+            sent = [a + b for a, b in zip(sent, added, strict=True)]
+        return MutualLight(bodies, [one.sky for one in isolated], ways, sent, more)
+
+    def _sunlit(self, one: IsolatedLight) -> tuple[Array32, Array32 | None]:
+        """(p, 4) exitance but for the Sun's light before any bounce, and (p * n, 4) that light at
+        the sample points: large patches of a hull bend, and their mean is not what is seen."""
+        sun = one.incident.sun_irradiance.astype(np.float32)
+        if not sun.any():
+            return one.exitance, None
+        direct = sun * self._light.of_direct_sun(one.model, one.transport, one.incident)
+        cosines = self._light.sun_at_samples(one.model, one.transport, one.incident)
+        reflected = sun * self._light.albedo(one.model, one.transport)
+        at_samples = cosines[:, :, None] * reflected[:, None]
+        return one.exitance - direct, at_samples.reshape(-1, 4)
+
+    def _bounced(
         self,
-        model: SpacecraftModel,
-        sky: SkyRadiance | None,
-        incident: IncidentLight,
-        joint_light: JointLight,
-    ) -> FromNeighbours:
-        """The light of all that are near, with what goes back and forth between them and the body.
+        isolated: Sequence[IsolatedLight],
+        more: Sequence[Array32],
+        ways: Sequence[_Way],
+        sent: Sequence[Array32],
+    ) -> dict[int, Array32]:
+        """(p, 4) exitance that light just sent adds to bodies, where it is not too little beside
+        their own and what others have added so far."""
+        arriving: dict[int, Array32] = {}
+        for way, light in zip(ways, sent, strict=True):
+            at = way.posed.to_patches @ (np.float32(way.pair.weight) * light)
+            number = way.pair.receiver
+            arriving[number] = arriving[number] + at if number in arriving else at
+        bounced = {}
+        for number, irradiance in arriving.items():
+            one = isolated[number]
+            areas = one.transport.areas
+            present = float((areas @ one.exitance).sum() + (areas @ more[number]).sum())
+            added = float((areas @ irradiance).sum()) / max(present, 1e-30)
+            weight = faded(added, _ENOUGH)
+            if weight > 0.0:
+                light = np.float32(weight) * irradiance
+                bounced[number] = self._light.reflected(one.model, one.transport, light, _RESIDUAL)
+        return bounced
 
-        Light that goes from one neighbour to another is left out.
-        """
-        receiver = self._body(model, joint_light)
-        separate = exitance = self._light.exitance(model, receiver.transport, sky, incident)
-        neighbours = [self._lit(receiver, lit, sky, joint_light) for lit in incident.lit_by]
-        leaves = max(n.to_body.largest_share * n.to_neighbour.largest_share for n in neighbours)
-        for _ in range(_journeys(leaves)):
-            at_patches = np.zeros((len(receiver.transport.areas), 4), dtype=np.float32)
-            sent_by = []
-            for near in neighbours:
-                sender = near.sender
-                again = near.to_neighbour.at_patches(near.to_neighbour.senders @ exitance)
-                again = self._light.reflected(sender.model, sender.transport, again)
-                sent_by.append(near.sunlit + near.to_body.senders @ (near.exitance + again))
-                at_patches += near.to_body.at_patches(sent_by[-1])
-            exitance = separate + self._light.reflected(model, receiver.transport, at_patches)
-        places, _, of_row = receiver.places
-        at_places = np.zeros((len(places), 4), dtype=np.float32)
-        hidden = np.zeros(len(places), dtype=np.float32)
-        cells = None if sky is None else sky_cells(sky).mean(axis=1)
-        for near, light in zip(neighbours, sent_by, strict=True):
-            at_places += near.to_body.at_places(light)
-            if cells is not None:
-                hidden += np.einsum("sc,sc->s", near.to_body.to_places, cells[near.to_body.cells])
-        return FromNeighbours(exitance=exitance, at_rows=at_places[of_row], hidden=hidden[of_row])
+    def _body(self, one: IsolatedLight) -> NearBody:
+        model, transport = one.model, one.transport
+        if isinstance(transport, PosedTransport):
+            # What another one sees of it changes little over larger steps than light on it does.
+            coarse = model.coarsely_posed(STEPS["exact"], near_stay=False)
+            if coarse.posed_mesh.motion is None:
+                coarse = model.coarsely_posed(STEPS["quick"], near_stay=False)
+            posed = self._transports.of(coarse, "quick")
+            assert posed is not None
+            transport = posed
+        else:
+            coarse = model.coarsely_posed(STEPS["exact"])
+        key = transport.digest, coarse.posed_mesh.digest, model.open_sheets
 
-    def _lit(
-        self,
-        receiver: NearBody,
-        lit: LitNeighbour,
-        sky: SkyRadiance | None,
-        joint_light: JointLight,
-    ) -> _Near:
-        other = lit.neighbour
-        sender = self._body(other.model, joint_light)
-        to_body, to_neighbour = self._both_ways(receiver, sender, lit)
-        around = None if sky is None else turned(sky, other.other_from_body[:3, :3].T)
-        sent = self._light.exitance(other.model, sender.transport, around, lit.light)
-        sunlit = np.zeros((to_body.means.shape[0], 4), dtype=np.float32)
-        sun = lit.light.sun_irradiance.astype(np.float32)
-        if sun.any():
-            # Large patches of a hull bend: their mean is not what is seen of them.
-            sent = sent - sun * self._light.of_direct_sun(other.model, sender.transport, lit.light)
-            blockers = [neighbour.blocker() for neighbour in lit.light.before_sun]
-            cosines = sun_cosines(sender, to_body.samples, lit.light.sun_direction, blockers)
-            albedo = self._light.albedo(other.model, sender.transport)
-            patch = sender.samples[3][to_body.samples]
-            sunlit = to_body.means @ (cosines[:, None] * albedo[patch] * sun)
-        return _Near(
-            sender=sender, exitance=sent, sunlit=sunlit, to_body=to_body, to_neighbour=to_neighbour
+        def near_body() -> NearBody:
+            of_mesh = transport.mesh.digest, transport.sides
+            standing = self._standing.get(of_mesh, lambda: standing_rows(transport))
+            return NearBody(model=coarse, transport=transport, standing=standing)
+
+        return self._bodies.get(key, near_body)
+
+    def _way(self, receiver: NearBody, sender: NearBody, pair: NearPair) -> _Way:
+        matrix = in_steps(pair.sender_from_receiver, pair.reach, STEP)
+        key = receiver.key, sender.key, matrix.tobytes()
+        path = self._paths.get(
+            key, lambda: light_path(receiver, sender, matrix), lambda path: path.nbytes
         )
-
-    def _body(self, model: SpacecraftModel, joint_light: JointLight) -> NearBody:
-        transport = self.transport(model, joint_light)
-        key = transport.digest, model.posed_mesh.digest, model.open_sheets
-        return self._bodies.get(key, lambda: NearBody(model=model, transport=transport))
-
-    def _both_ways(
-        self, receiver: NearBody, sender: NearBody, lit: LitNeighbour
-    ) -> tuple[LightPath, LightPath]:
-        """From the sender to the receiver, and back."""
-        matrix = in_steps(lit.neighbour.other_from_body, lit.gap)
-        inverse: Array = np.linalg.inv(matrix).astype(np.float64)
-        key = matrix.tobytes()
-        to_body = self._paths.get(
-            (receiver.key, sender.key, key),
-            lambda: light_path(receiver, sender, matrix),
-            lambda path: path.nbytes,
+        fine = in_steps(pair.sender_from_receiver, pair.reach, FINE_STEP)
+        posed = self._posed.get(
+            (key, fine.tobytes()),
+            lambda: PosedPath(path=path, sender_from_receiver=fine),
+            lambda posed: posed.nbytes,
         )
-        to_neighbour = self._paths.get(
-            (sender.key, receiver.key, key, "back"),
-            lambda: light_path(sender, receiver, inverse),
-            lambda path: path.nbytes,
-        )
-        return to_body, to_neighbour
+        return _Way(pair=pair, path=path, posed=posed)
 
 
-def _journeys(leaves: float) -> int:
-    """There and back again, each of which leaves so much of the light."""
-    if leaves <= _LEFT:
-        return 1
-    return min(int(np.ceil(np.log(_LEFT) / np.log(min(leaves, 0.999)))), _MAX_JOURNEYS)
+def _sent_on(way: _Way, bounced: dict[int, Array32]) -> Array32:
+    """(c, 4) what the sender of a way sends of light that bounced [W m-2]."""
+    light = bounced.get(way.pair.sender)
+    if light is None:
+        return np.zeros((way.path.senders.shape[0], 4), dtype=np.float32)
+    return way.path.senders @ light

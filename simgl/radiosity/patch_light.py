@@ -81,9 +81,7 @@ class PatchLight:
         surface = self._surface(model, transport)
         besides = self._of_lamps_less_hidden(surface, transport, incident)
         exitance = self._but_sunlight(surface, cells, besides)
-        if not incident.sun_irradiance.any():
-            return exitance
-        return exitance + surface.response.of_sun(incident.sun_direction, incident.sun_irradiance)
+        return self.with_sunlight(model, transport, exitance, incident)
 
     def besides_sky(
         self, model: SpacecraftModel, transport: LightTransport, incident: IncidentLight
@@ -122,6 +120,19 @@ class PatchLight:
         surface = self._surface(model, transport)
         exitance = self._but_sunlight(surface, cells, besides.exitance)
         return exitance, besides.sunlight
+
+    def with_sunlight(
+        self,
+        model: SpacecraftModel,
+        transport: LightTransport,
+        exitance: Array32,
+        incident: IncidentLight,
+    ) -> Array32:
+        """All of the exitance (p, 4) of which ``at_vertices`` tells what is yet to be gathered."""
+        if isinstance(transport, PosedTransport) or not incident.sun_irradiance.any():
+            return exitance
+        response = self._surface(model, transport).response
+        return exitance + response.of_sun(incident.sun_direction, incident.sun_irradiance)
 
     def _of_lamps_less_hidden(
         self, surface: _Surface, transport: LightTransport, incident: IncidentLight
@@ -166,11 +177,18 @@ class PatchLight:
         return radiosity(transport, surface.reflectors, emitted)
 
     def reflected(
-        self, model: SpacecraftModel, transport: LightTransport, irradiance: Array32
+        self,
+        model: SpacecraftModel,
+        transport: LightTransport,
+        irradiance: Array32,
+        residual: float,
     ) -> Array32:
-        """(p, 4) exitance by light (p, 4) from elsewhere after all bounces [W m-2]."""
-        surface = self._surface(model, transport)
-        return radiosity(transport, surface.reflectors, surface.reflectors.albedo * irradiance)
+        """(p, 4) exitance by light (p, 4) from elsewhere after all bounces [W m-2].
+
+        residual : as of ``radiosity``
+        """
+        surface = self._surface(model, transport).reflectors
+        return radiosity(transport, surface, surface.albedo * irradiance, residual)
 
     def albedo(self, model: SpacecraftModel, transport: LightTransport) -> Array32:
         """(p, 4) of the patches."""
@@ -183,6 +201,18 @@ class PatchLight:
         surface = self._surface(model, transport)
         cosines = self._sun_cosines(surface.sunlit, transport, incident)
         return surface.reflectors.albedo * cosines[:, None]
+
+    def sun_at_samples(
+        self, model: SpacecraftModel, transport: LightTransport, incident: IncidentLight
+    ) -> Array32:
+        """(p, n) cosines of the patches' sample points to the Sun, 0 where it is not seen."""
+        sunlit, direction = self._surface(model, transport).sunlit, incident.sun_direction
+        cosines = sunlit.cosines_of_samples(direction)
+        if incident.before_sun:
+            free = np.maximum(sunlit.cosines(direction), np.float32(1e-9))
+            hidden = self._hidden_cosines(sunlit, transport, incident) / free
+            cosines *= 1.0 - hidden[:, None]
+        return cosines
 
     @staticmethod
     def _of_lamps(transport: LightTransport, incident: IncidentLight) -> Array32:

@@ -19,12 +19,13 @@ from simgl.lru_cache import LruCache
 from simgl.radiosity.light_grids import more_of_nodes
 from simgl.radiosity.light_transport import LightTransport, PatchCells
 from simgl.radiosity.near_means import TIMES
+from simgl.radiosity.patches import SAMPLES
 from simgl.radiosity.solver import Reflectors, radiosity, signed_radiosity
 from simgl.radiosity.sunlit_patches import CAPACITY, Node, SunlitPatches, grid_corners
 
 # Of the responses to all cells of the sky, and to the directions of the Sun that are cached, with
-# the cosines to those.
-BYTES_OF_PATCH = 4 * (4 * 96 + CAPACITY * (4 + 1))
+# the cosines to those and the sample points that they reach.
+BYTES_OF_PATCH = 4 * (4 * 96 + CAPACITY * (4 + 1)) + CAPACITY * SAMPLES
 # Directions of the Sun whose light at vertices is in memory: those around it, before and behind.
 _VERTEX_CAPACITY = 9
 BYTES_OF_VERTEX = 4 * 4 * _VERTEX_CAPACITY

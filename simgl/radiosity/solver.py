@@ -121,16 +121,27 @@ def _contraction(form_factors: sparse.csc_matrix, albedo: Array32) -> float:
     return min(max(bound, _MIN_CONTRACTION), 1.0 - 1e-6)
 
 
-def radiosity(transport: LightTransport, surface: Reflectors, emitted: Array32) -> Array32:
+def radiosity(
+    transport: LightTransport,
+    surface: Reflectors,
+    emitted: Array32,
+    residual: float = RESIDUAL,
+) -> Array32:
     """(p, 4) or (p, 4, n) exitance of the patches after all bounces [W m-2].
 
     emitted : exitance before any bounce, of one light or of n separate ones; a light gets the same
         bits among others as by itself
+    residual : what is left of the error of the first guess
     """
-    return np.maximum(signed_radiosity(transport, surface, emitted), 0.0)
+    return np.maximum(signed_radiosity(transport, surface, emitted, residual), 0.0)
 
 
-def signed_radiosity(transport: LightTransport, surface: Reflectors, emitted: Array32) -> Array32:
+def signed_radiosity(
+    transport: LightTransport,
+    surface: Reflectors,
+    emitted: Array32,
+    residual: float = RESIDUAL,
+) -> Array32:
     """The same of light some of which is taken away: of exitance of either sign.
 
     x = M x + c with Chebyshev's acceleration (Golub & Varga 1961): after k steps the error is below
@@ -157,7 +168,7 @@ def signed_radiosity(transport: LightTransport, surface: Reflectors, emitted: Ar
     newer = bounced(older)
     newer += lights
     omega = 1.0
-    for step in range(1, min(int(np.ceil(np.log(0.5 * RESIDUAL) / np.log(rate))) - 2, _MAX_STEPS)):
+    for step in range(1, min(int(np.ceil(np.log(0.5 * residual) / np.log(rate))) - 2, _MAX_STEPS)):
         omega = 1.0 / (1.0 - (0.5 if step == 1 else 0.25 * omega) * mu * mu)
         next_ = bounced(newer)
         next_ += lights

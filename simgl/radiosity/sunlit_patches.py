@@ -29,10 +29,12 @@ Node = tuple[int, int]
 class Sunlit:
     """Sunlight of one direction on the patches.
 
+    lit : (p, n) which sample points of each patch the Sun reaches
     cosines : (p,) mean over each patch of its cosine to the Sun where the Sun is seen
     partly : (p,) whether some of it is lit and some is not
     """
 
+    lit: Mask
     cosines: Array32
     partly: Mask
 
@@ -61,6 +63,15 @@ class SunlitPatches:
             cosines -= self.hidden(direction, cosines, blockers)
         return cosines
 
+    def cosines_of_samples(self, direction: Array) -> Array32:
+        """(p, n) the same of each sample point, where no other body is before the Sun."""
+        cosines = np.zeros(self._transport.point_open.shape, dtype=np.float32)
+        for node, weight in grid_corners(direction):
+            towards = (weight * direction_of(node)).astype(np.float32)
+            facing = np.maximum(self._transport.normals @ towards, 0.0)
+            cosines += facing * self.at(node).lit
+        return cosines
+
     def hidden(self, direction: Array, cosines: Array32, blockers: Sequence[Blocker]) -> Array32:
         """(p,) what other bodies take from the cosines (p,) of the patches."""
         return cosines * blocked_by(self._transport, direction, blockers, cosines > 0.0)
@@ -86,7 +97,7 @@ class SunlitPatches:
         cosines = mean_normals(self._transport, lit, valid) @ direction.astype(np.float32)
         number = lit.sum(axis=1)
         partly = (number > 0) & (number < valid.sum(axis=1))
-        return Sunlit(cosines=np.maximum(cosines, 0.0), partly=partly)
+        return Sunlit(lit=lit, cosines=np.maximum(cosines, 0.0), partly=partly)
 
 
 def grid_corners(direction: Array) -> tuple[tuple[Node, float], ...]:

@@ -83,7 +83,7 @@ class Scenario:
     seed : of all noise
     samples_per_pixel : of geometry; None lets the renderer choose by cost
     inter_reflection : interreflection within a spacecraft, and its occlusion of the Earth
-    between_spacecraft : light from one spacecraft to another at vertices
+    between_spacecraft : light from one spacecraft to another near it, at vertices
     gather : interreflection at vertices, or by rays from every sample of every pixel
     glossy_reflections : interreflection as glossy surfaces see it by rays, not uniform
     joint_light : interreflection where joints have moved parts: from what rigid parts do to each
@@ -111,7 +111,7 @@ class Scenario:
     seed: int = 0
     samples_per_pixel: int | None = None
     inter_reflection: bool = True
-    between_spacecraft: bool = False
+    between_spacecraft: bool = True
     gather: Literal["vertex", "pixel"] = "vertex"
     glossy_reflections: bool = False
     joint_light: Literal["exact", "quick"] = "exact"

@@ -66,4 +66,4 @@ def _in_the_dark(tile: RasterTile) -> RasterTile:
 
 def _unlit(view: SpacecraftView) -> SpacecraftView:
     dark = np.zeros(4, dtype=np.float32)
-    return replace(view, sun_irradiance=dark, sky=None, incident_light=None)
+    return replace(view, sun_irradiance=dark, sky=None, incident_light=None, near=None)

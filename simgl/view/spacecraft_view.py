@@ -8,15 +8,12 @@ import numpy as np
 
 from simgl.arrays import Array, Array32
 from simgl.errors import ConfigError
-from simgl.radiosity.incident_light import (
-    IncidentLight,
-    incident_light,
-    incident_light_with_neighbours,
-)
+from simgl.radiosity.incident_light import IncidentLight, incident_light
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import BodyState, CameraState, EarthState, SceneState
 from simgl.view.aerial_perspective import AirSegment, air_between
 from simgl.view.background import SkyView, sky_view
+from simgl.view.near_spacecraft import NearGroup, near_groups
 from simgl.view.row_clock import PoseMotion, camera_from_body
 from simgl.view.shadow_views import ShadowView, shadow_view
 
@@ -34,6 +31,7 @@ class SpacecraftView:
     sun_angular_radius : [rad]
     sky : None where there is no Earth
     incident_light : None where light between its surfaces is left out
+    near : those that it exchanges light with; None for none
     air : on the way to the camera; None where there is none
     motion : while rows are exposed one after the other; None where it stands still for all of them
     """
@@ -49,6 +47,7 @@ class SpacecraftView:
     shadow: ShadowView
     sky: SkyView | None
     incident_light: IncidentLight | None
+    near: NearGroup | None = None
     air: AirSegment | None = None
     motion: PoseMotion | None = None
 
@@ -88,12 +87,12 @@ def spacecraft_views(
     """All spacecraft that the Earth does not hide from the camera.
 
     inter_reflection : with the light between the surfaces of each
-    between_spacecraft : and that from those near to it
+    between_spacecraft : and that between those near to each other
 
     Raises ConfigError where the camera is inside a body.
     """
     views = []
-    light_on = incident_light_with_neighbours if between_spacecraft else incident_light
+    groups = near_groups(state) if inter_reflection and between_spacecraft else {}
     for index, (name, body) in enumerate(state.bodies.items()):
         _refuse_inside(camera, name, body)
         if _hidden_by_earth(state.earth, camera.position, body.pose.position):
@@ -112,7 +111,8 @@ def spacecraft_views(
                 sun_limb=_float32(sun.limb),
                 sun_angular_radius=sun.angular_radius,
                 sky=sky_view(state, name, body),
-                incident_light=light_on(state, body) if inter_reflection else None,
+                incident_light=incident_light(state, body) if inter_reflection else None,
+                near=groups.get(name),
                 shadow=shadow_view(state, body, camera.camera, sun, body_from_camera),
                 air=air_between(state, camera.position, body.pose.position),
             )

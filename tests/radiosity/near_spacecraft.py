@@ -23,6 +23,12 @@ IN_THE_BAY: Table = {
     "boresight": [-0.3, 0.12, -1.8],
     "up": [0.0, 1.0, 0.0],
 }
+# From before the bay.
+INTO_THE_BAY: Table = {
+    "position_icrf_m": [0.5, 0.3, -5.0],
+    "boresight": [-0.1, 0.05, 1.0],
+    "up": [0.0, 1.0, 0.0],
+}
 
 
 def two_boxes(gap: float, sun: tuple[float, float, float], **render: Any) -> Scenario:
@@ -38,6 +44,20 @@ def box_over_bay(sun: tuple[float, float, float], **render: Any) -> Scenario:
         "quaternion_icrf_from_body_xyzw": [0.0, 0.0, 0.5, 0.8660254],
     }
     return near("space_rider", box, IN_THE_BAY, sun, render)
+
+
+def box_behind_bay(**render: Any) -> Scenario:
+    """A box behind the back of the sunlit bay of Space Rider."""
+    box = {"model": FLAT_BOX, "position_icrf_m": [0.0, 0.62, 4.0]}
+    return near("space_rider", box, INTO_THE_BAY, (-0.3, 0.25, -0.92), render)
+
+
+def large_and_small(apart: float) -> Scenario:
+    """Boxes of 4 m and of 0.4 m so far from each other [m]."""
+    large: Table = {"box": {"size_m": [4.0, 4.0, 4.0], "material": lambert(WHITE)}}
+    small: Table = {"box": {"size_m": [0.4, 0.4, 0.4], "material": lambert(WHITE)}}
+    box = {"model": small, "position_icrf_m": [apart, 0.0, 0.0]}
+    return near(large, box, BESIDE, (-0.8, 0.0, 0.6), {})
 
 
 def near(

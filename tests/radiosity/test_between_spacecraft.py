@@ -2,54 +2,106 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import moderngl
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from simgl.arrays import Array
-from simgl.radiosity.between_spacecraft import NearBody, in_steps, light_path
+from simgl.radiosity.between_spacecraft import (
+    FINE_STEP,
+    STEP,
+    PosedPath,
+    clusters_of,
+    in_steps,
+    light_path,
+)
 from simgl.radiosity.convex_transport import convex_transport
-from simgl.radiosity.incident_light import incident_light, incident_light_with_neighbours
-from tests.radiosity.near_spacecraft import WHITE, from_other_surfaces, square_seen, two_boxes
+from simgl.radiosity.near_body import NearBody, standing_rows
+from simgl.scene.spacecraft import SpacecraftModel
+from simgl.view.near_spacecraft import near_groups
+from tests.radiosity.near_spacecraft import (
+    WHITE,
+    box_behind_bay,
+    from_other_surfaces,
+    large_and_small,
+    square_seen,
+    two_boxes,
+)
 from tests.scenes import IN_BANDS
 
 # The light of the one that shines onto the other's face, away from the Sun.
 SUN = (-0.8, 0.0, 0.6)
 
 
+def near_body(model: SpacecraftModel) -> NearBody:
+    transport = convex_transport(model)
+    return NearBody(model=model, transport=transport, standing=standing_rows(transport))
+
+
 def boxes(gap: float) -> tuple[NearBody, NearBody, Array]:
     """Two boxes, and the pose of the second in the axes of the first, inverted."""
     state = (scenario := two_boxes(gap, SUN)).at(scenario.epoch_tai_ns)
-    first, second = (
-        NearBody(model=body.model, transport=convex_transport(body.model))
-        for body in state.bodies.values()
-    )
+    first, second = (near_body(body.model) for body in state.bodies.values())
     matrix = np.eye(4)
     matrix[0, 3] = -(1.0 + gap)
     return first, second, matrix
 
 
+def facing_square(y: float, z: float, gap: float) -> float:
+    """Share of a hemisphere that the other box's face fills: four rectangles about the place across
+    the gap; with signs where it stands outside."""
+    signs = (-1, 1)
+    return sum(square_seen((0.5 + i * y) / gap, (0.5 + j * z) / gap) for i in signs for j in signs)
+
+
+def shares_seen(
+    receiver: NearBody, sender: NearBody, pose: Array, seen_at: Array | None = None
+) -> Array:
+    """(s,) of the hemispheres of a receiver's places that the sender fills.
+
+    seen_at : the pose at which it is known what is seen from where
+    """
+    path = light_path(receiver, sender, pose if seen_at is None else seen_at)
+    posed = PosedPath(path=path, sender_from_receiver=pose)
+    return np.asarray(posed.to_places.sum(axis=1)).ravel()
+
+
 def test_a_square_before_another_fills_the_share_of_its_hemisphere() -> None:
     first, second, second_from_first = boxes(2.0)
-    shares = light_path(first, second, second_from_first).to_places.sum(axis=1)
+    shares = shares_seen(first, second, second_from_first)
     places, normals, _ = first.places
     facing = normals[:, 0] > 0.9
     np.testing.assert_array_equal(shares[normals[:, 0] < 0.1], 0.0)
     for (_, y, z), share in zip(places[facing], shares[facing], strict=True):
-        # Four rectangles about the place across the gap; with signs where it stands outside.
-        wanted = sum(
-            square_seen((0.5 + i * y) / 2.0, (0.5 + j * z) / 2.0) for i in (-1, 1) for j in (-1, 1)
-        )
         # Discs of a quarter of their distance.
-        np.testing.assert_allclose(share, wanted, rtol=0.01)
+        np.testing.assert_allclose(share, facing_square(y, z, 2.0), rtol=0.01)
+
+
+def test_another_one_close_by_fills_at_most_the_whole_hemisphere() -> None:
+    first, second, second_from_first = boxes(0.05)
+    shares = shares_seen(first, second, second_from_first)
+    assert shares.max() <= 1.0 + 1e-5
+    # Its discs would fill 1.14 of it.
+    assert shares.max() > 0.9
+
+
+def test_a_large_sender_has_as_many_clusters_as_are_allowed() -> None:
+    """Its parts are a millimetre and 100 m from the receiver: steps of a factor of 1e5."""
+    rng = np.random.default_rng(4)
+    distance = 10.0 ** rng.uniform(-3.0, 2.0, 20_000)
+    points = (rng.choice([-1.0, 1.0], (20_000, 3)) * distance[:, None]).astype(np.float32)
+    normals = rng.normal(size=(20_000, 3)).astype(np.float32)
+    with np.errstate(all="raise"):
+        number = clusters_of(points, normals, distance, 64)
+    assert number.min() == 0
+    assert number.max() < 64
 
 
 def test_what_hides_the_other_one_hides_its_light() -> None:
     first, second, second_from_first = boxes(2.0)
     behind = second_from_first.copy()
     behind[0, 3] = 3.0
-    shares = light_path(first, second, behind).to_places.sum(axis=1)
+    shares = shares_seen(first, second, behind)
     assert not shares[first.places[1][:, 0] > -0.9].any()
 
 
@@ -62,23 +114,82 @@ def test_a_face_in_shadow_shows_the_light_of_the_sunlit_one_across(gl: moderngl.
     np.testing.assert_allclose(light[62:66, 62:66].mean(), wanted, rtol=0.02)
 
 
-def test_without_the_key_and_from_afar_nothing_comes(gl: moderngl.Context) -> None:
+def test_without_the_key_nothing_comes(gl: moderngl.Context) -> None:
     alone, _ = from_other_surfaces(gl, two_boxes(2.0, SUN, between_spacecraft=False))
     assert not alone.any()
-    state = (scenario := two_boxes(2.0, SUN)).at(scenario.epoch_tai_ns)
-    target, chaser = state.bodies["target"], state.bodies["chaser"]
-    assert len(incident_light_with_neighbours(state, target).lit_by) == 1
-    assert incident_light(state, target).lit_by == ()
-    pose = replace(chaser.pose, position=np.array([30.0, 0.0, 0.0]))
-    far = replace(state, bodies={"target": target, "chaser": replace(chaser, pose=pose)})
-    assert incident_light_with_neighbours(far, target).lit_by == ()
 
 
-def test_poses_in_steps_are_within_a_sixty_fourth() -> None:
+def weight(apart: float) -> float:
+    """Of the light from one white box of 1 m to another that is so far from its middle [m]."""
+    state = (scenario := two_boxes(apart - 0.5, SUN)).at(scenario.epoch_tai_ns)
+    group = near_groups(state).get("target")
+    return 0.0 if group is None else group.pairs[0].weight
+
+
+def test_light_fades_where_it_is_a_thousandth_of_the_light_on_the_sender() -> None:
+    # Seen along its diagonal a cube of 1 m covers sqrt(3) m2.
+    far = np.sqrt(WHITE * np.sqrt(3.0) / np.pi / 1e-3)
+    assert weight(1.01 * far) == 0.0
+    assert weight(0.99 * far / np.sqrt(2.0)) == 1.0
+    # Half of the way in share; the step there is the steepest, 1.5 / 1e-3.
+    assert abs(weight(far / np.sqrt(1.5)) - 0.5) < 1e-6
+    weights = [weight(d) for d in np.linspace(far / np.sqrt(2.0), far, 200)]
+    assert np.abs(np.diff(weights)).max() < 0.01
+
+
+def test_only_those_whose_light_arrives_are_in_a_group() -> None:
+    """A small box sends too little to a large one, and gets its light."""
+    state = (scenario := large_and_small(40.0)).at(scenario.epoch_tai_ns)
+    groups = near_groups(state)
+    assert list(groups) == ["chaser"]
+    assert [one.instance for one in groups["chaser"].spacecraft] == [1, 2]
+    assert [(p.receiver, p.sender) for p in groups["chaser"].pairs] == [(1, 0)]
+
+
+def test_sunlight_on_a_bay_stays_as_fine_beside_another_spacecraft(gl: moderngl.Context) -> None:
+    """What a box behind the bay's back sends does not come into the bay."""
+    alone, _ = from_other_surfaces(gl, box_behind_bay(between_spacecraft=False))
+    scenario = box_behind_bay()
+    light, instance = from_other_surfaces(gl, scenario)
+    groups = near_groups(scenario.at(scenario.epoch_tai_ns))
+    assert len(groups["target"].pairs) == 2
+    bay = instance == 1
+    # The hull's flanks get some of it and send it on.
+    np.testing.assert_allclose(light[bay], alone[bay], rtol=0.0, atol=3e-3 * alone[bay].mean())
+
+
+def test_light_follows_a_pose_between_the_steps_of_what_is_seen() -> None:
+    first, second, pose = boxes(2.0)
+    # Half a step farther away, by the distance of the middles.
+    gap = 2.0 + 3.0 * STEP / 2.0
+    _, _, farther = boxes(gap)
+    facing = first.places[1][:, 0] > 0.9
+    before = shares_seen(first, second, pose)[facing]
+    after = shares_seen(first, second, farther, seen_at=pose)[facing]
+    wanted = [
+        facing_square(y, z, gap) / facing_square(y, z, 2.0) for _, y, z in first.places[0][facing]
+    ]
+    assert max(wanted) < 0.97
+    # Of a change of 4 %; discs of a quarter of their distance are right to 1 %.
+    np.testing.assert_allclose(after / before, wanted, rtol=1e-3)
+
+
+def test_rounding_errors_do_not_tell_half_turns_apart() -> None:
+    half = np.eye(4)
+    for axis in (np.array([0.0, 0.0, 1.0]), np.array([0.6, -0.48, 0.64])):
+        steps = []
+        for error in (-1e-9, 1e-9):
+            half[:3, :3] = Rotation.from_rotvec((np.pi + error) * axis).as_matrix()
+            steps.append(in_steps(half, 1.0, STEP))
+        np.testing.assert_array_equal(steps[0], steps[1])
+
+
+def test_poses_in_steps_are_within_half_of_one() -> None:
     rng = np.random.default_rng(3)
-    for gap in (0.3, 2.0, 50.0):
-        matrix = np.eye(4)
-        matrix[:3, 3] = gap * rng.normal(size=3)
-        stepped = in_steps(matrix, gap)
-        assert np.abs(stepped - matrix).max() <= gap / 64.0
-        np.testing.assert_array_equal(in_steps(stepped, gap), stepped)
+    for step in (STEP, FINE_STEP):
+        for gap in (0.3, 2.0, 50.0):
+            matrix = np.eye(4)
+            matrix[:3, 3] = gap * rng.normal(size=3)
+            stepped = in_steps(matrix, gap, step)
+            assert np.abs(stepped - matrix).max() <= 0.5 * step * gap
+            np.testing.assert_array_equal(in_steps(stepped, gap, step), stepped)
