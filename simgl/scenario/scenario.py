@@ -111,7 +111,7 @@ class Scenario:
     seed: int = 0
     samples_per_pixel: int | None = None
     inter_reflection: bool = True
-    between_spacecraft: bool = True
+    between_spacecraft: bool = False
     gather: Literal["vertex", "pixel"] = "vertex"
     glossy_reflections: bool = False
     joint_light: Literal["exact", "quick"] = "exact"

@@ -369,7 +369,7 @@ class RenderTable(Table, frozen=True, kw_only=True):
     seed: Annotated[int, Meta(ge=0, le=2**32 - 1)] = 0
     samples_per_pixel: Annotated[int, Meta(ge=MIN_SAMPLES, le=256)] | None = None
     inter_reflection: bool = True
-    between_spacecraft: bool = True
+    between_spacecraft: bool = False
     gather: Literal["vertex", "pixel"] = "vertex"
     glossy_reflections: bool = False
     joint_light: Literal["exact", "quick"] = "exact"

@@ -107,7 +107,7 @@ def frame_view(
     sample_budget: int,
     samples_per_pixel: int | None = None,
     inter_reflection: bool = True,
-    between_spacecraft: bool = True,
+    between_spacecraft: bool = False,
     gather: Gather = "vertex",
     glossy_reflections: bool = False,
     joint_light: JointLight = "exact",
