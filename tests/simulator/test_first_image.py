@@ -19,13 +19,19 @@ def test_shaders_of_the_first_image_are_compiled_while_light_is_traced(
     camera = {"position_icrf_m": [0.0, 0.0, 9.0], "boresight": [0, 0, -1], "up": [0, 1, 0]}
     scenario = scene({"ball": {"model": ball, "position_icrf_m": [0.0, 0.0, 0.0]}}, camera)
     compiled = []
-    program = moderngl.Context.program
+    # Compute shaders, too, where the renderer draws with them.
+    for kind in ("program", "compute_shader"):
 
-    def counted(self: moderngl.Context, *args: Any, **kwargs: Any) -> moderngl.Program:
-        compiled.append(program(self, *args, **kwargs))
-        return compiled[-1]
+        def counted(
+            self: moderngl.Context,
+            *args: Any,
+            compile_: Any = getattr(moderngl.Context, kind),
+            **kwargs: Any,
+        ) -> Any:
+            compiled.append(compile_(self, *args, **kwargs))
+            return compiled[-1]
 
-    monkeypatch.setattr(moderngl.Context, "program", counted)
+        monkeypatch.setattr(moderngl.Context, kind, counted)
 
     def first_image() -> tuple[bytes, int]:
         """And how many programs were compiled for it."""
