@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TypeVar
 
 import moderngl
 
@@ -55,12 +56,7 @@ def load_program(
         assemble(root, vertex or f"{name}.vert", defines, generated),
         assemble(root, f"{name}.frag", defines, generated),
     )
-    try:
-        _bind_and_check(name, program, blocks, samplers)
-    except ShaderError:
-        program.release()
-        raise
-    return program
+    return _checked(name, program, blocks, samplers)
 
 
 def load_compute_shader(
@@ -81,6 +77,16 @@ def load_compute_shader(
     except moderngl.Error as error:
         lines = [line for line in str(error).splitlines() if line.strip(" =")]
         raise ShaderError("\n".join(stage.explain(line) for line in lines)) from None
+    return _checked(name, program, blocks, samplers)
+
+
+_Program = TypeVar("_Program", moderngl.Program, moderngl.ComputeShader)
+
+
+def _checked(
+    name: str, program: _Program, blocks: Sequence[Block], samplers: Mapping[str, int]
+) -> _Program:
+    """The program with its blocks and samplers bound; released where they do not match."""
     try:
         _bind_and_check(name, program, blocks, samplers)
     except ShaderError:
