@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-
 import moderngl
 
 from simgl.gpu.compute_glsl import BLENDS, DEPTH_TESTS, DEPTHS_UNIT, WORKGROUP
@@ -11,27 +9,22 @@ from simgl.gpu.pipeline_state import State
 from simgl.gpu.program import load_compute_shader
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.render_targets import textures_of
-from simgl.gpu.uniform_blocks import Block
+from simgl.gpu.screen_shader import ScreenShader
 
 
 class ComputeScreen:
-    """``NAME.frag`` run for each pixel, as ``Screen`` draws it."""
+    """A shader run for each pixel, as ``Screen`` draws it."""
 
     @all_or_nothing
-    def __init__(
-        self,
-        ctx: moderngl.Context,
-        name: str,
-        depth: float,
-        blocks: Sequence[Block],
-        samplers: Mapping[str, int],
-        defines: Mapping[str, float] | None = None,
-        *,
-        spare: Sequence[Block] = (),
-    ) -> None:
-        self._ctx, self._depth = ctx, depth
+    def __init__(self, ctx: moderngl.Context, shader: ScreenShader) -> None:
+        self._ctx, self._depth = ctx, shader.depth
         self._program = load_compute_shader(
-            ctx, name, blocks=blocks, spare=spare, samplers=samplers, defines=dict(defines or {})
+            ctx,
+            shader.name,
+            blocks=shader.blocks,
+            spare=shader.spare,
+            samplers=shader.samplers,
+            defines=shader.defines,
         )
         # What it does not use it does not have.
         self._parameters = set(self._program)

@@ -12,38 +12,24 @@ from simgl.gpu.context import prefers_compute
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.program import load_program
 from simgl.gpu.release import all_or_nothing
+from simgl.gpu.screen_shader import ScreenShader
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
 
 
 class Screen:
-    """The shader ``NAME.frag``, drawn as one triangle over an area, at a depth.
-
-    depth : -1..1
-    blocks, spare : that it reads, bound by whoever owns them; that only other variants read
-    samplers, defines : texture units by name; of the variant
-    """
+    """A shader, drawn as one triangle over an area."""
 
     @all_or_nothing
-    def __init__(
-        self,
-        ctx: moderngl.Context,
-        name: str,
-        depth: float,
-        blocks: Sequence[Block],
-        samplers: Mapping[str, int],
-        defines: Mapping[str, float] | None = None,
-        *,
-        spare: Sequence[Block] = (),
-    ) -> None:
+    def __init__(self, ctx: moderngl.Context, shader: ScreenShader) -> None:
         self._ctx = ctx
         self._program = load_program(
             ctx,
-            name,
+            shader.name,
             vertex="common/fullscreen.vert",
-            blocks=blocks,
-            spare=spare,
-            samplers=samplers,
-            defines={"AT_DEPTH": depth} | dict(defines or {}),
+            blocks=shader.blocks,
+            spare=shader.spare,
+            samplers=shader.samplers,
+            defines={"AT_DEPTH": shader.depth} | dict(shader.defines),
         )
         self._array = ctx.vertex_array(self._program, [])
 
@@ -72,19 +58,9 @@ class Screen:
         self._program.release()
 
 
-def screen(
-    ctx: moderngl.Context,
-    name: str,
-    depth: float,
-    blocks: Sequence[Block],
-    samplers: Mapping[str, int],
-    defines: Mapping[str, float] | None = None,
-    *,
-    spare: Sequence[Block] = (),
-) -> Screen | ComputeScreen:
+def screen(ctx: moderngl.Context, shader: ScreenShader) -> Screen | ComputeScreen:
     """A ``Screen``, or the same as a compute shader where that is faster."""
-    kind = ComputeScreen if prefers_compute(ctx) else Screen
-    return kind(ctx, name, depth, blocks, samplers, defines, spare=spare)
+    return ComputeScreen(ctx, shader) if prefers_compute(ctx) else Screen(ctx, shader)
 
 
 # Of two or three dimensions.

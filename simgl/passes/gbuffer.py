@@ -13,6 +13,7 @@ from simgl.gpu.fullscreen import Screen, screen
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.render_targets import Format, GrowingTarget, textures_of
+from simgl.gpu.screen_shader import ScreenShader
 from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.passes.drawn_spacecraft import DrawnSpacecraft
 from simgl.passes.mesh_store import MeshStore
@@ -72,10 +73,10 @@ class GBufferPass:
         self._ctx, self._meshes = ctx, meshes
         self._grouping: dict[int, PointScreen] = {}
         second = {"second_groups": CELL_GROUPS["second_groups"]}
-        self._counting = screen(ctx, "gbuffer/pages", 0.0, [TILE], second)
+        self._counting = screen(ctx, ScreenShader("gbuffer/pages", 0.0, [TILE], second))
         paged = CELL_GROUPS | PAGE_ENTRIES
-        self._paging = screen(ctx, "gbuffer/point_groups", 0.0, [TILE], paged)
-        self._unmarked = screen(ctx, "gbuffer/unmarked", OTHERS, [], {})
+        self._paging = screen(ctx, ScreenShader("gbuffer/point_groups", 0.0, [TILE], paged))
+        self._unmarked = screen(ctx, ScreenShader("gbuffer/unmarked", OTHERS, [], {}))
         self._marks: dict[tuple[str, ...], PointScreen] = {}
         self._lookups: dict[tuple[str, ...], PointScreen] = {}
         self._tile = UniformBuffer(ctx, TILE)
@@ -225,14 +226,9 @@ class GBufferPass:
 
     def _grouping_for(self, texels: int) -> PointScreen:
         if texels not in self._grouping:
-            self._grouping[texels] = screen(
-                self._ctx,
-                "gbuffer/groups",
-                0.0,
-                [TILE],
-                {"visibility": _VISIBILITY_UNIT},
-                {"CELL_TEXELS": texels},
-            )
+            seen, texels_of_cell = {"visibility": _VISIBILITY_UNIT}, {"CELL_TEXELS": texels}
+            shader = ScreenShader("gbuffer/groups", 0.0, [TILE], seen, texels_of_cell)
+            self._grouping[texels] = screen(self._ctx, shader)
         return self._grouping[texels]
 
     def _look_up_for(self, variant: tuple[str, ...]) -> PointScreen:

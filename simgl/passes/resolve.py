@@ -15,6 +15,7 @@ from simgl.gpu.compute_screen import ComputeScreen
 from simgl.gpu.fullscreen import Screen, screen
 from simgl.gpu.pipeline_state import ONE_MINUS_SRC1_COLOR, State
 from simgl.gpu.release import all_or_nothing
+from simgl.gpu.screen_shader import ScreenShader
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
 from simgl.passes.shading_points import CELL_GROUPS, ShadingPoints
 from simgl.passes.shared_blocks import TILE, tile_values
@@ -135,14 +136,9 @@ class ResolvePass:
     def _program_for(self, defines: tuple[str, ...], samplers: list[str]) -> Screen | ComputeScreen:
         if defines not in self._programs:
             units = {sampler: unit for unit, sampler in enumerate(samplers)}
-            self._programs[defines] = screen(
-                self._ctx,
-                "resolve/resolve",
-                0.0,
-                [_RESOLVE, TILE],
-                units,
-                dict.fromkeys(defines, 1),
-            )
+            blocks, variant = [_RESOLVE, TILE], dict.fromkeys(defines, 1)
+            shader = ScreenShader("resolve/resolve", 0.0, blocks, units, variant)
+            self._programs[defines] = screen(self._ctx, shader)
         return self._programs[defines]
 
     def release(self) -> None:

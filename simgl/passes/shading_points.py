@@ -12,6 +12,7 @@ from simgl.arrays import AnyArray, IndexArray, Mask
 from simgl.gpu.compute_screen import ComputeScreen
 from simgl.gpu.fullscreen import Screen, screen
 from simgl.gpu.pipeline_state import State
+from simgl.gpu.screen_shader import ScreenShader
 from simgl.gpu.uniform_blocks import Block
 from simgl.passes.shared_blocks import JOINT_RATES, JOINTS, LAMPS, MATERIALS, TILE
 
@@ -207,4 +208,4 @@ def point_shader(
 ) -> PointScreen:
     """A shader over the shading points of a tile, at a depth."""
     spare = [TILE, LAMPS, MATERIALS, JOINTS, JOINT_RATES]
-    return screen(ctx, name, depth, blocks, samplers, defines, spare=spare)
+    return screen(ctx, ScreenShader(name, depth, blocks, samplers, defines or {}, spare))

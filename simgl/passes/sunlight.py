@@ -12,6 +12,7 @@ from simgl.gpu.fullscreen import screen
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.render_targets import Format, GrowingTarget, textures_of
+from simgl.gpu.screen_shader import ScreenShader
 from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.passes.drawn_spacecraft import DrawnSpacecraft
 from simgl.passes.shading_points import (
@@ -70,7 +71,7 @@ class SunlightPass:
             {name: unit} for name, unit in _SHADOW_UNITS.items()
         )
         grouped = _GBUFFER_UNITS | POINT_GROUPS
-        self._unknown = screen(ctx, "surface/unknown", 0.0, [], _FIRST)
+        self._unknown = screen(ctx, ScreenShader("surface/unknown", 0.0, [], _FIRST))
         self._in_place = ("IN_PLACE",) * isinstance(self._unknown, ComputeScreen)
         second = grouped | _FIRST
         if not self._in_place:

@@ -31,11 +31,9 @@ def dark_scene(
     lamp: Table,
     *,
     lamp_at: tuple[float, float, float] = (0.0, 0.0, 10.0),
-    render: Table | None = None,
     **other: Any,
 ) -> Scenario:
-    """A scene without sunlight whose lamp hangs in space, on the underside of a small box that
-    gets no light from what the lamp lights."""
+    """A scene without sunlight whose lamp hangs in space, on the underside of a small box."""
     x, y, z = lamp_at
     carrier = {"model": box((0.2, 0.2, 0.2)), "position_icrf_m": [x, y, z + 0.1]}
     spot = {
@@ -52,7 +50,6 @@ def dark_scene(
         camera,
         sun={"irradiance_w_m2": 0.0},
         lamp={"spot": spot},
-        render={"between_spacecraft": False, **(render or {})},
         **other,
     )
 

@@ -98,9 +98,8 @@ def test_uncertain_light_is_evened_within_a_surface_and_not_across_an_edge() -> 
         np.testing.assert_allclose(share.mean(), 1.0, atol=0.2)
 
 
-def test_vertex_light_stays_within_a_spacecraft_without_the_key(gl: moderngl.Context) -> None:
-    scenario = replace(box_over_plate("vertex"), between_spacecraft=False)
-    assert total(gl, scenario).max() == 0.0
+def test_vertex_light_stays_within_a_spacecraft(gl: moderngl.Context) -> None:
+    assert total(gl, box_over_plate("vertex")).max() == 0.0
 
 
 def test_a_craft_that_is_far_away_gives_no_light(gl: moderngl.Context) -> None:
@@ -149,12 +148,7 @@ def test_a_free_plate_over_the_earth_keeps_all_of_its_light(gl: moderngl.Context
         "height_px": 16,
     }
     by = {
-        gather: scene(
-            craft,
-            camera,
-            earth=earth,
-            render={"gather": gather, "samples_per_pixel": 8, "between_spacecraft": False},
-        )
+        gather: scene(craft, camera, earth=earth, render={"gather": gather, "samples_per_pixel": 8})
         for gather in ("pixel", "vertex")
     }
     found, plain = (radiance(gl, by[gather]) for gather in ("pixel", "vertex"))

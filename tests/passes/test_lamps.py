@@ -184,11 +184,10 @@ def test_four_lamps_add_up_and_keep_their_own_shadows(gl: moderngl.Context) -> N
         }
         for i, (x, y) in enumerate([(1.5, 0.0), (-1.5, 0.0), (0.0, 1.5), (0.0, -1.5)])
     }
-    dark: Table = {"sun": {"irradiance_w_m2": 0.0}, "render": {"between_spacecraft": False}}
-    together = radiance(gl, scene(craft, camera, lamp=lamps, **dark))
+    together = radiance(gl, scene(craft, camera, sun={"irradiance_w_m2": 0.0}, lamp=lamps))
     shadows = []
     for i, (name, lamp) in enumerate(lamps.items()):
-        alone = radiance(gl, scene(craft, camera, lamp={name: lamp}, **dark))
+        alone = radiance(gl, scene(craft, camera, sun={"irradiance_w_m2": 0.0}, lamp={name: lamp}))
         np.testing.assert_array_equal(together[..., i], alone[..., i])
         shadows.append(alone[..., i] > 0.0)
     assert all(np.any(a != b) for a in shadows for b in shadows if a is not b)

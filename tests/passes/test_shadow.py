@@ -117,7 +117,6 @@ def test_a_boxs_shadow_falls_where_geometry_puts_it(gl: moderngl.Context) -> Non
         },
         {"position_icrf_m": [0, 0, 300], "boresight": [0, 0, -1], "up": [0, 1, 0]},
         sun_direction=sun_at(45.0),
-        render={"between_spacecraft": False},
     )
     image = radiance(gl, scenario)[..., 1]
     f = scenario.cameras["cam"].focal_length_px
@@ -302,7 +301,6 @@ def test_one_craft_shadows_another_behind_it(gl: moderngl.Context, distance: flo
             "boresight": [-30, 0, -100],
             "up": [0, 1, 0],
         },
-        render={"between_spacecraft": False},
     )
     image = radiance(gl, scenario)[..., 1]
     full = 0.5 / np.pi * GREEN

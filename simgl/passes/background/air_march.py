@@ -11,6 +11,7 @@ from simgl.gpu.fullscreen import FullscreenProgram, Screen
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import release_all
 from simgl.gpu.render_targets import Format, ImageTarget
+from simgl.gpu.screen_shader import ScreenShader
 from simgl.gpu.uniform_blocks import Block
 from simgl.passes.background.air_tables import AIR, SCATTERING, medium_defines
 from simgl.passes.background.earth_air import AirTables, medium_samplers
@@ -125,7 +126,8 @@ class AirMarch:
     def _root_program(self, *, light: bool) -> Screen:
         if light not in self._roots:
             defines = {} if light else {"TRANSMITTANCE": 1}
-            self._roots[light] = Screen(self._ctx, "air/root", 0.0, [], {"air_sums": 0}, defines)
+            shader = ScreenShader("air/root", 0.0, [], {"air_sums": 0}, defines)
+            self._roots[light] = Screen(self._ctx, shader)
         return self._roots[light]
 
     def release(self) -> None:
