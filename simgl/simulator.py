@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
 from typing import Literal, TypeVar
@@ -16,6 +16,7 @@ from simgl.camera_pipeline import CameraPipeline
 from simgl.errors import ConfigError, did_you_mean
 from simgl.first_image import prepare_first_image
 from simgl.flash_lidar import lidar_frame
+from simgl.garbage_collection import collect_again, leave_out_of_collections
 from simgl.gpu.context import close_context, current, open_context, preserve_current
 from simgl.gpu.release import freed_on_error
 from simgl.gpu.render_targets import ImageTarget
@@ -64,7 +65,7 @@ class _Drawn:
     dn: ImageTarget | None = None
 
 
-class Simulator:
+class Simulator(AbstractContextManager["Simulator"]):
     """Captures images of a scenario. An image depends only on the state given to it.
 
     scenario : its models, Earth and render settings are what is drawn
@@ -115,6 +116,7 @@ class Simulator:
         self.skies = SpacecraftSkies(self._renderer, self._ctx)
         self.thermal_bodies = ThermalBodies(scenario.thermal_patches, self.skies)
         self.renderer_name = f"{self._ctx.info['GL_RENDERER']}, {self._ctx.info['GL_VERSION']}"
+        leave_out_of_collections(self)
 
     @property
     def timer(self) -> PassTimer:
@@ -437,14 +439,12 @@ class Simulator:
 
     def close(self) -> None:
         """Free the GPU resources, and the context if this simulator opened it."""
+        collect_again(self)
         with current(self._ctx):
             self._camera_pipeline.release()
             self._renderer.release()
         if self._owns_ctx:
             close_context(self._ctx)
-
-    def __enter__(self) -> Simulator:
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.close()

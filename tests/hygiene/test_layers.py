@@ -13,6 +13,7 @@ LAYERS = (
         "arrays",
         "content_digest",
         "errors",
+        "garbage_collection",
         "idle_priority",
         "interruption",
         "lru_cache",

@@ -6,15 +6,25 @@ That runs in whichever thread happens to allocate, and OpenGL is bound to its th
 from __future__ import annotations
 
 import gc
+import tomllib
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+from weakref import WeakSet, ref
 
 import pytest
 
-from simgl import ALL_PRODUCTS, Scenario, Simulator, load_model, load_scenario
+from simgl import (
+    ALL_PRODUCTS,
+    Scenario,
+    Simulator,
+    garbage_collection,
+    load_model,
+    load_scenario,
+    scenario_from_dict,
+)
 from simgl.errors import ConfigError
 from simgl.gpu.context import temporary_context
 from simgl.rays import RayTracer
@@ -111,3 +121,42 @@ def test_a_context_is_closed_without_the_collector() -> None:
         ctx.buffer(reserve=16).release()
         del ctx
     assert not native(found)
+
+
+class Holder:
+    pass
+
+
+def passed_over(thing: object) -> bool:
+    """Whether full collections do not look at an object."""
+    return all(thing is not known for known in gc.get_objects())
+
+
+def test_full_collections_pass_over_what_simulators_need(monkeypatch: pytest.MonkeyPatch) -> None:
+    # Other tests of this process may have simulators open.
+    monkeypatch.setattr(garbage_collection, "_HOLDERS", WeakSet())
+    scene = scenario_from_dict(tomllib.loads(LAMP_SCENE))
+    gc.unfreeze()
+    assert not passed_over(scene)
+    with Simulator(scene):
+        with Simulator(scene):
+            assert passed_over(scene)
+        assert passed_over(scene)
+    assert not passed_over(scene)
+
+
+def test_cycles_that_a_holder_kept_from_the_collector_end_after_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(garbage_collection, "_HOLDERS", WeakSet())
+    cycle, holder = Holder(), Holder()
+    cycle.itself = cycle  # type: ignore[attr-defined]
+    ended = ref(cycle)
+    garbage_collection.leave_out_of_collections(holder)
+    del cycle
+    gc.collect()
+    assert ended() is not None
+    garbage_collection.collect_again(holder)
+    garbage_collection.collect_again(holder)
+    gc.collect()
+    assert ended() is None
