@@ -25,7 +25,7 @@ from simgl.gpu.window_systems import Binding, current_binding, find_loaded, open
 
 REQUIRED_VERSION = 330
 # From which on there are compute shaders.
-_COMPUTE_VERSION = 430
+COMPUTE_VERSION = 430
 BACKENDS = ("auto", "egl", "osmesa")
 
 
@@ -100,7 +100,7 @@ def _open_egl(device_index: int) -> moderngl.Context:
     options: dict[str, Any] = {"backend": "egl", "device_index": device_index}
     # Some drivers give no more than is asked for.
     with suppress(Exception):
-        return moderngl.create_context(standalone=True, require=_COMPUTE_VERSION, **options)
+        return moderngl.create_context(standalone=True, require=COMPUTE_VERSION, **options)
     try:
         return moderngl.create_context(standalone=True, require=REQUIRED_VERSION, **options)
     except Exception as error:
@@ -296,7 +296,7 @@ def prefers_compute(ctx: moderngl.Context) -> bool:
     as long for the same work. No other GPU is known that is faster with fragments; a CPU renderer
     is, 4 to 9 times.
     """
-    return ctx.version_code >= _COMPUTE_VERSION and not is_software(ctx)
+    return ctx.version_code >= COMPUTE_VERSION and not is_software(ctx)
 
 
 def report(ctx: moderngl.Context, backend: str) -> GlReport:

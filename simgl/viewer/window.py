@@ -13,7 +13,7 @@ import moderngl
 
 from simgl.cli_progress import activity
 from simgl.errors import ContextError
-from simgl.gpu.context import REQUIRED_VERSION, close_context
+from simgl.gpu.context import COMPUTE_VERSION, REQUIRED_VERSION, close_context
 from simgl.idle_priority import run_when_idle
 from simgl.scenario.loader import load_scenario
 from simgl.viewer.followed import FollowedPreviews, PreviewSource, preview_source
@@ -61,7 +61,7 @@ class _WindowContext:
 
 @contextmanager
 def _window(caption: str) -> Iterator[Any]:
-    """A GLFW window with a current OpenGL 3.3 core context, closed at the end of the block.
+    """A GLFW window with a current OpenGL core context, closed at the end of the block.
 
     Raises ContextError where there is no display or no such context, and for whatever GLFW reports.
     """
@@ -71,12 +71,13 @@ def _window(caption: str) -> Iterator[Any]:
     reporting, glfw.ERROR_REPORTING = glfw.ERROR_REPORTING, "raise"
     try:
         glfw.init()
-        glfw.window_hint(glfw.CONTEXT_VERSION_MAJOR, 3)
-        glfw.window_hint(glfw.CONTEXT_VERSION_MINOR, 3)
         glfw.window_hint(glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE)
         glfw.window_hint(glfw.OPENGL_FORWARD_COMPAT, True)
         glfw.window_hint(glfw.SCALE_TO_MONITOR, True)
-        window = glfw.create_window(*WINDOW_SIZE, caption, None, None)
+        try:
+            window = _created(caption, COMPUTE_VERSION)
+        except glfw.GLFWError:
+            window = _created(caption, REQUIRED_VERSION)
         glfw.make_context_current(window)
         yield window
     except glfw.GLFWError as error:
@@ -86,6 +87,13 @@ def _window(caption: str) -> Iterator[Any]:
     finally:
         glfw.terminate()
         glfw.ERROR_REPORTING = reporting
+
+
+def _created(caption: str, version: int) -> Any:
+    """A window with a context of at least a version, such as 330; drivers may give just that."""
+    glfw.window_hint(glfw.CONTEXT_VERSION_MAJOR, version // 100)
+    glfw.window_hint(glfw.CONTEXT_VERSION_MINOR, version // 10 % 10)
+    return glfw.create_window(*WINDOW_SIZE, caption, None, None)
 
 
 @contextmanager
