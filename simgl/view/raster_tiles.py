@@ -180,9 +180,14 @@ class _Target:
     settled: _Target | None = None
 
     @cached_property
+    def middle(self) -> Array:
+        """(3,) of the hull's corners [m]."""
+        return np.asarray(self.hull.mean(axis=0))
+
+    @cached_property
     def samples(self) -> float:
         """That its outline needs."""
-        middle = self.hull.mean(axis=0)
+        middle = self.middle
         cosine = -float(middle @ self.view.sun_direction) / float(np.linalg.norm(middle))
         return target_samples(cosine, float(np.sqrt(4.0 / np.pi * self.area)))
 
@@ -194,7 +199,7 @@ class _Target:
     @property
     def limb(self) -> Limb:
         """Its limb, towards the Sun's place in the image."""
-        x, y, depth = self.hull.mean(axis=0)
+        x, y, depth = self.middle
         across, down, along = self.view.sun_direction.astype(np.float64)
         depth = max(depth, NEAREST)
         to_sun = np.array([across - along * x / depth, down - along * y / depth])
