@@ -16,7 +16,7 @@ from simgl.environment_map import DOWN, FORWARD, RIGHT
 from simgl.errors import ConfigError
 from simgl.lru_cache import HashedOnce
 from simgl.physics.air_profile import AIR_TOP
-from simgl.physics.frames import cross, unit
+from simgl.physics.frames import cross, norm, unit
 from simgl.physics.lunar_model import moonlight
 from simgl.physics.spectrum import Bands
 from simgl.scene.earth import Earth
@@ -258,7 +258,7 @@ def _first_within(state: SceneState, body: BodyState, reach: float) -> BodyState
     return next(
         other
         for other in state.bodies.values()
-        if other is body or np.linalg.norm(other.pose.position - place) < reach
+        if other is body or norm(other.pose.position - place) < reach
     )
 
 
@@ -290,7 +290,7 @@ def _lit_limb(earth: _EarthFrom, sun_icrf: Array) -> Array:
 def _sky_texels(planet: PlanetView) -> int:
     """Along an edge of a sky's finest faces, by what the Sun lights of the Earth seen there."""
     place = planet.camera_in_sphere.astype(np.float64)
-    distance = float(np.linalg.norm(place))
+    distance = norm(place)
     sine = float(np.dot(place, planet.sun_direction_itrf)) / distance
     height = float(np.arcsin(np.clip(sine, -1.0, 1.0)))
     seen = float(np.arccos(min(1.0 / distance, 1.0)))
@@ -321,7 +321,7 @@ def _earth_from(state: SceneState, earth: EarthState, place: Array, who: str) ->
     if outside <= 0.0:
         depth = -0.5 * outside * radii[0]
         raise ConfigError(who, "position", f"is {depth:.0f} m below the Earth's surface")
-    distance = float(np.linalg.norm(position))
+    distance = norm(position)
     sphere_from_icrf = (radii[0] / radii)[:, None] * earth.R_itrf_from_icrf
     sun = state.sun.seen_from(earth.position)
     return _EarthFrom(
@@ -345,7 +345,7 @@ def _moonlight(state: SceneState, earth: EarthState) -> Moonlight | None:
     if state.moon is None or not earth.earth.moonlight:
         return None
     towards = state.moon - earth.position
-    distance = float(np.linalg.norm(towards))
+    distance = norm(towards)
     sun = state.sun.seen_from(state.moon)
     cosine = float(-towards @ sun.direction_icrf) / distance
     phase = float(np.arccos(np.clip(cosine, -1.0, 1.0)))

@@ -10,6 +10,7 @@ import numpy as np
 
 from simgl.arrays import AnyArray, Array, Array32, IndexArray, Mask
 from simgl.physics.air_profile import AIR_TOP
+from simgl.physics.frames import norm
 from simgl.scene.frost import frost_limits
 from simgl.view.background import PlanetView
 
@@ -237,8 +238,6 @@ def tiles_behind(bare: Mask, corner: tuple[int, int], edge: float, size: tuple[i
     edge : of a block [pixels]
     size : width and height of the image [pixels]; the last tiles may reach past it
     """
-    sums = np.zeros(tuple(n + 1 for n in bare.shape), dtype=np.int64)
-    sums[1:, 1:] = bare.cumsum(axis=0).cumsum(axis=1)
     step = TILE * MERGED
 
     def blocks(first: int, count: int, length: int) -> tuple[IndexArray, IndexArray, Mask]:
@@ -254,8 +253,12 @@ def tiles_behind(bare: Mask, corner: tuple[int, int], edge: float, size: tuple[i
 
     left, right, in_columns = blocks(corner[0], bare.shape[1], size[0])
     top, bottom, in_rows = blocks(corner[1], bare.shape[0], size[1])
+    sums = np.zeros((bare.shape[0], bare.shape[1] + 1), dtype=np.int32)
+    np.cumsum(bare, axis=1, dtype=np.int32, out=sums[:, 1:])
     across = sums[:, right] - sums[:, left]
-    none = across[bottom] == across[top]
+    sums = np.zeros((bare.shape[0] + 1, across.shape[1]), dtype=np.int32)
+    np.cumsum(across, axis=0, dtype=np.int32, out=sums[1:])
+    none = sums[bottom] == sums[top]
     hidden = split(none & in_columns & in_rows[:, None], MERGED)
     columns, rows = (-(-length // TILE) for length in size)
     return hidden[:rows, :columns]
@@ -291,7 +294,7 @@ def _ground_and_air(
     columns, rows = (-(-length // TILE) for length in size)
     middles = _rays(planets, intrinsics, (columns, rows), 0.5)
     nadir = -planet.camera_in_sphere.astype(np.float64)
-    cosine = np.tensordot(nadir / np.linalg.norm(nadir), middles, 1)
+    cosine = np.tensordot(nadir / norm(nadir), middles, 1)
     cosine /= np.sqrt(_dot(middles, middles))
     # No tile is wider than one in the middle of the image.
     half = 0.5 * TILE * float(np.hypot(1.0 / intrinsics[0, 0], 1.0 / intrinsics[1, 1]))

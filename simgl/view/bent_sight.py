@@ -15,7 +15,7 @@ from simgl.arrays import Array, IndexArray
 from simgl.physics.air_profile import AIR_TOP
 from simgl.physics.atmosphere import Air
 from simgl.physics.eclipse import limb_angle, limb_angles
-from simgl.physics.frames import angle_between
+from simgl.physics.frames import angle_between, cross, norm
 from simgl.physics.refraction import BentRays, rays_from_inside, rays_from_space
 from simgl.scene.state import SceneState
 
@@ -43,9 +43,9 @@ class SeenDisc:
     @classmethod
     def round(cls, direction: Array, angular_radius: float) -> SeenDisc:
         """Seen along straight rays."""
-        first = np.cross(direction, np.eye(3)[int(np.argmin(np.abs(direction)))])
-        first /= np.linalg.norm(first)
-        axes = np.stack([first, np.cross(direction, first)])
+        first = cross(direction, np.eye(3)[int(np.argmin(np.abs(direction)))])
+        first /= norm(first)
+        axes = np.stack([first, cross(direction, first)])
         return cls(direction=direction, axes=axes, half_angles=np.full(2, angular_radius))
 
 
@@ -74,12 +74,12 @@ class BentSight:
 
     @cached_property
     def _distance(self) -> float:
-        return float(np.linalg.norm(self.position))
+        return norm(self.position)
 
     @cached_property
     def _height(self) -> float:
         """Above the sphere through the ellipsoid's point below."""
-        return self._distance * (1.0 - 1.0 / float(np.linalg.norm(self.position / self.radii)))
+        return self._distance * (1.0 - 1.0 / norm(self.position / self.radii))
 
     @cached_property
     def _rays_inside(self) -> BentRays:
@@ -105,14 +105,14 @@ class BentSight:
         middle = angle_between(nadir, direction)
         # Its top may be in the air where its middle is not.
         rays = self._rays(direction, middle - angular_radius)
-        sideways = np.cross(nadir, direction)
-        length = float(np.linalg.norm(sideways))
+        sideways = cross(nadir, direction)
+        length = norm(sideways)
         if rays is None or length < 1e-9:
             return SeenDisc.round(direction, angular_radius)
         ends = middle + angular_radius * np.array([-1.0, 1.0])
         bottom, top = rays.seen_at(ends, _GREEN)
         seen = 0.5 * (bottom + top)
-        upwards = np.cross(sideways / length, nadir)
+        upwards = cross(sideways / length, nadir)
         wider = np.sin(seen) / np.sin(middle)
         return SeenDisc(
             direction=np.cos(seen) * nadir + np.sin(seen) * upwards,

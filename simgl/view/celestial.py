@@ -12,7 +12,7 @@ import numpy as np
 
 from simgl.arrays import Array, Array32, IndexArray, Mask
 from simgl.physics.constants import MOON_RADIUS
-from simgl.physics.frames import angle_between
+from simgl.physics.frames import angle_between, norm
 from simgl.physics.lunar_model import earthlight, lommel_seeliger_share, surface_factor
 from simgl.physics.spectrum import PerBand
 from simgl.physics.starlight import aberrated, directions
@@ -316,7 +316,7 @@ def _moon_disc(
     if state.moon is None:
         return None
     offset = state.moon - camera.position
-    distance = float(np.linalg.norm(offset))
+    distance = norm(offset)
     towards, radius = offset / distance, float(np.arcsin(min(MOON_RADIUS / distance, 1.0)))
     disc = _seen_disc(state, camera, cone, towards, radius)
     if disc is None or hidden.disc(disc):
@@ -349,7 +349,7 @@ def _earthshine(state: SceneState, earth: EarthState | None) -> Array:
     to_moon = state.moon - earth.position
     sun = state.sun.seen_from(earth.position)
     phase = angle_between(sun.direction_icrf, to_moon)
-    light = earthlight(sun.irradiance, float(np.linalg.norm(to_moon)), phase, state.bands)
+    light = earthlight(sun.irradiance, norm(to_moon), phase, state.bands)
     # At full phase the disc function is 1/2 all over.
     return 0.5 * surface_factor(0.0, state.bands) * light
 
@@ -401,7 +401,7 @@ def _disc_axes(camera: CameraState, ellipse: Ellipse, towards: Array) -> tuple[A
     """
     R, f = camera.R_camera_from_icrf, camera.camera.focal_length_px
     right = R[0] - np.dot(R[0], towards) * towards
-    right /= np.linalg.norm(right)
+    right /= norm(right)
     axes = np.stack([right, np.cross(towards, right)])
     in_camera = axes @ R.T
     s = R @ towards

@@ -11,6 +11,7 @@ import numpy as np
 
 from simgl.arrays import Array, Array32, IndexArray
 from simgl.camera.camera import Camera
+from simgl.physics.frames import norm
 from simgl.sample_grid import PIXEL_CENTRES, SampleGrid, choose_sample_grid, target_samples
 from simgl.scene.mesh import hull_edges
 from simgl.view.image_box import Box
@@ -109,6 +110,11 @@ class RasterTile:
     cuts: tuple[tuple[Box, SampleGrid], ...] = ()
     cores: tuple[tuple[float, ...], ...] = ()
 
+    @cached_property
+    def sample_edge(self) -> float:
+        """From one sample to the next [rad]."""
+        return float(np.linalg.norm(self.sample_steps[0, :3]))
+
     @property
     def raster_size(self) -> tuple[int, int]:
         """Columns and rows of its samples."""
@@ -188,7 +194,7 @@ class _Target:
     def samples(self) -> float:
         """That its outline needs."""
         middle = self.middle
-        cosine = -float(middle @ self.view.sun_direction) / float(np.linalg.norm(middle))
+        cosine = -float(middle @ self.view.sun_direction) / norm(middle)
         return target_samples(cosine, float(np.sqrt(4.0 / np.pi * self.area)))
 
     @property
@@ -235,7 +241,7 @@ def _target(
     margin, settled, low, high = 0.0, None, outline.min(axis=0), outline.max(axis=0)
     if view.motion is not None:
         settled = _target(settled_view(view), camera, rows)
-        margin = view.motion.sag(camera, float(np.linalg.norm(high - low)))
+        margin = view.motion.sag(camera, norm(high - low))
         hull = np.concatenate([hull, *hulls_at_the_ends(view)])
     box = camera.detector.pixels_within(low - margin, high + margin)
     if box is not None and rows is not None:

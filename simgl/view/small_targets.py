@@ -14,6 +14,7 @@ import numpy as np
 
 from simgl.arrays import Array
 from simgl.camera.camera import Camera
+from simgl.physics.frames import norm
 from simgl.sample_grid import MAX_SAMPLES, SampleGrid, rotated_sample_grid
 
 # Samples along the edge of a cell: no more samples in it than a texel holds groups.
@@ -148,7 +149,7 @@ def nearer(hull: Array) -> float:
     """By how much a hull (n, 3), camera axes [m], is to be drawn nearer."""
     middle = hull.mean(axis=0)
     radius = float(np.linalg.norm(hull - middle, axis=1).max())
-    return max(1.0, float(np.linalg.norm(middle)) / (_FARTHEST_RADII * radius))
+    return max(1.0, norm(middle) / (_FARTHEST_RADII * radius))
 
 
 def _squared(outline: Array) -> Array:

@@ -8,6 +8,7 @@ import numpy as np
 
 from simgl.arrays import Array, Array32
 from simgl.errors import ConfigError
+from simgl.physics.frames import moved, norm
 from simgl.radiosity.incident_light import IncidentLight, incident_light
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import BodyState, CameraState, EarthState, SceneState
@@ -64,7 +65,7 @@ def _hidden_by_earth(earth: EarthState | None, camera: Array, body: Array) -> bo
     start = (earth.R_itrf_from_icrf @ (camera - earth.position)) / radii
     line = (earth.R_itrf_from_icrf @ (body - camera)) / radii
     nearest = np.clip(-np.dot(start, line) / np.dot(line, line), 0.0, 1.0)
-    return bool(np.linalg.norm(start + nearest * line) < 1.0)
+    return bool(norm(start + nearest * line) < 1.0)
 
 
 def _refuse_inside(camera: CameraState, name: str, body: BodyState) -> None:
@@ -126,7 +127,7 @@ def hull_in_camera(view: SpacecraftView) -> Array:
     if view.motion is not None:
         return view.motion.moved(hull)
     m = view.camera_from_body.astype(np.float64)
-    return hull @ m[:3, :3].T + m[:3, 3]
+    return moved(hull, m[:3, :3], m[:3, 3])
 
 
 def hulls_at_the_ends(view: SpacecraftView) -> tuple[Array, Array]:

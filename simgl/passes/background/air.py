@@ -36,7 +36,7 @@ from simgl.passes.background.air_tables import AIR, medium_defines
 from simgl.passes.background.earth_air import PAIRS, AirTables, EarthAir, medium_samplers
 from simgl.passes.shared_blocks import AirBetween
 from simgl.physics.air_profile import AIR_TOP
-from simgl.physics.frames import angle_between
+from simgl.physics.frames import angle_between, norm
 from simgl.progress import ProgressCallback
 from simgl.scene.earth import Earth
 from simgl.view.aerial_perspective import AirSegment
@@ -245,7 +245,7 @@ def _sun_in_sphere(planet: PlanetView) -> np.ndarray[tuple[int], np.dtype[np.flo
     """Unit direction towards the Sun, stretched like everything in sphere space."""
     radii = np.array(planet.earth.radii)
     stretched = radii[0] / radii * planet.sun_direction_itrf.astype(np.float64)
-    return stretched / np.linalg.norm(stretched)
+    return stretched / norm(stretched)
 
 
 def _sun_angle(planet: PlanetView) -> float:
@@ -256,13 +256,13 @@ def _sun_angle(planet: PlanetView) -> float:
 def _values_of(planet: PlanetView, radius: float, height: float, angle: float) -> dict[str, object]:
     """The block as an image reads it: its own horizon, the table's layout."""
     place = planet.camera_in_sphere.astype(np.float64)
-    up = place / np.linalg.norm(place)
+    up = place / norm(place)
     sun = _sun_in_sphere(planet)
     side = sun - np.dot(sun, up) * up
-    length = float(np.linalg.norm(side))
+    length = norm(side)
     if length < 1e-9:
         side = np.cross(up, np.eye(3)[int(np.argmin(np.abs(up)))])
-        length = float(np.linalg.norm(side))
+        length = norm(side)
     reach = AIR_TOP * (2.0 * radius + AIR_TOP) / radius**2
     return view_values(radius, height, angle) | {
         "camera_up": (*up, 0.0),
