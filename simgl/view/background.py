@@ -6,6 +6,7 @@ A pinhole's axes: z boresight, x along columns, y along rows.
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
+from functools import cache
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -153,6 +154,8 @@ class SkyView:
 
 # Of each state that is in use, by the spacecraft: all cameras and all that share a sky ask for it.
 _skies = WeakKeyDictionary[SceneState, dict[BodyState, SkyView]]()
+# Likewise: how the Moon lights the Earth.
+_moons = WeakKeyDictionary[SceneState, Moonlight | None]()
 
 
 def background(state: SceneState, camera: CameraState) -> Background:
@@ -170,7 +173,7 @@ def background(state: SceneState, camera: CameraState) -> Background:
         earth = replace(earth, view=replace(earth.view, moonlight=_moonlight(state, state.earth)))
     # Stars and Moon are no light of the thermal infrared.
     beyond = celestial(state, camera, cone, hidden) if optics.thermal is None else None
-    return _background(optics.intrinsics, R, cone, seen, earth, beyond)
+    return _background(_float32(optics.intrinsics), R, cone, seen, earth, beyond)
 
 
 def sky_view(state: SceneState, name: str, body: BodyState) -> SkyView | None:
@@ -204,11 +207,16 @@ def _sky_around(
     moonlit = replace(earth.view, moonlight=_moonlight(state, about))
     earth = replace(earth, view=moonlit)
 
-    def face(axes: Array, texels: int) -> Background:
+    @cache
+    def of_size(texels: int) -> tuple[Array32, ImageCone, CelestialView | None]:
         half = 0.5 * texels
         cone = ImageCone(float(np.arctan(np.sqrt(2.0))), 1.0 / half)
         stars = None if state.stars is None else _even_sky(half, state.stars, state.bands)
-        return _background(_of_face(half), axes @ R_body_from_icrf, cone, seen, earth, stars)
+        return _float32(_of_face(half)), cone, stars
+
+    def face(axes: Array, texels: int) -> Background:
+        intrinsics, cone, stars = of_size(texels)
+        return _background(intrinsics, axes @ R_body_from_icrf, cone, seen, earth, stars)
 
     axes = np.stack([RIGHT, DOWN, FORWARD], axis=1)
     faces = tuple(face(one, texels) for one, texels in zip(axes, face_texels, strict=True))
@@ -342,6 +350,12 @@ def _earth_from(state: SceneState, earth: EarthState, place: Array, who: str) ->
 
 
 def _moonlight(state: SceneState, earth: EarthState) -> Moonlight | None:
+    if state not in _moons:
+        _moons[state] = _moonlight_at(state, earth)
+    return _moons[state]
+
+
+def _moonlight_at(state: SceneState, earth: EarthState) -> Moonlight | None:
     if state.moon is None or not earth.earth.moonlight:
         return None
     towards = state.moon - earth.position
@@ -365,7 +379,7 @@ def _limb_angle(earth: Earth, distance: float) -> float:
 
 
 def _background(
-    intrinsics: Array,
+    intrinsics: Array32,
     R_camera_from_icrf: Array,
     cone: ImageCone,
     sun: SunSeen,
@@ -378,7 +392,7 @@ def _background(
         turned = _float32(earth.sphere_from_icrf @ R_camera_from_icrf.T)
         planet = replace(earth.view, sphere_from_camera=turned)
     return Background(
-        intrinsics=_float32(intrinsics),
+        intrinsics=intrinsics,
         sun_angular_radius=sun.angular_radius,
         planet=planet,
         celestial=beyond,

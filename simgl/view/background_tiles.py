@@ -157,7 +157,8 @@ class GroundTiles:
 
 
 def ground_tiles(
-    planets: Sequence[PlanetView],
+    planet: PlanetView,
+    turns: Sequence[Array32],
     intrinsics: Array32,
     size: tuple[int, int],
     cells: MapCells | None = None,
@@ -167,21 +168,21 @@ def ground_tiles(
     """The tiles of some images: found together, those of small images take little longer than those
     of one.
 
-    planets : one Earth from one place, before pinholes that look elsewhere
+    planet : from the place of the pinholes
+    turns : ``PlanetView.sphere_from_camera`` of each
     intrinsics : (3, 3) of every image [pixels]
     size : width and height [pixels]; the last tiles may reach past it
     cells : of the maps; None where nothing is known of them
     noise : whether the images show any
     """
-    planet = planets[0]
-    corners = _corners_on_ground(planets, intrinsics, size)
+    corners = _corners_on_ground(planet, turns, intrinsics, size)
     x, y, z = corners.normal
     latitude, longitude = np.arctan2(z, np.hypot(x, y)), np.arctan2(y, x)
     low, high = _extremes(np.stack([corners.slant, latitude, longitude, z]))
     slanted = (high[0] - low[0]) / (_SLANT_CHANGE * np.maximum(low[0], 1e-9))
     bend = np.sqrt(np.maximum(slanted, (high[2] - low[2]) / _LONGITUDE_CHANGE))
     bend[~_over_corners(np.logical_and, corners.meets)] = np.inf
-    ground, air = _ground_and_air(planets, intrinsics, size)
+    ground, air = _ground_and_air(planet, turns, intrinsics, size)
     one_face, two_faces = np.ones_like(ground), np.zeros((3, *ground.shape), dtype=bool)
     if noise:
         away = _extremes(_from_faces(corners.normal, _CHART_SEAM + _CLOUD_REACH * _clouds(planet)))
@@ -283,16 +284,15 @@ def _clouds(planet: PlanetView) -> float:
 
 
 def _ground_and_air(
-    planets: Sequence[PlanetView], intrinsics: Array32, size: tuple[int, int]
+    planet: PlanetView, turns: Sequence[Array32], intrinsics: Array32, size: tuple[int, int]
 ) -> tuple[Mask, Mask]:
     """(images, rows, columns) whether tiles, and a pixel about them, may have ground and clouds, or
     anything of the Earth and its air on them."""
-    planet = planets[0]
     distance, earth = float(np.sqrt(1.0 + planet.outside)), planet.earth
     tops = 0.0 if earth.clouds is None else earth.clouds.top / earth.equatorial_radius
     height = 0.0 if earth.air is None else AIR_TOP / earth.equatorial_radius
     columns, rows = (-(-length // TILE) for length in size)
-    middles = _rays(planets, intrinsics, (columns, rows), 0.5)
+    middles = _rays(turns, intrinsics, (columns, rows), 0.5)
     nadir = -planet.camera_in_sphere.astype(np.float64)
     cosine = np.tensordot(nadir / norm(nadir), middles, 1)
     cosine /= np.sqrt(_dot(middles, middles))
@@ -329,12 +329,11 @@ class _Corners:
 
 
 def _corners_on_ground(
-    planets: Sequence[PlanetView], intrinsics: Array32, size: tuple[int, int]
+    planet: PlanetView, turns: Sequence[Array32], intrinsics: Array32, size: tuple[int, int]
 ) -> _Corners:
     """What the corners of tiles see of the ground; arguments as for ``ground_tiles``."""
     columns, rows = (-(-length // TILE) + 1 for length in size)
-    planet = planets[0]
-    d = _rays(planets, intrinsics, (columns, rows), 0.0)
+    d = _rays(turns, intrinsics, (columns, rows), 0.0)
     place = planet.camera_in_sphere.astype(np.float64)
     radii = np.array(planet.earth.radii)[:, None, None, None]
     dd, od = _dot(d, d), np.tensordot(place, d, 1)
@@ -386,7 +385,7 @@ def _from_faces(normal: Array, margin: float) -> Array:
 
 
 def _rays(
-    planets: Sequence[PlanetView], intrinsics: Array32, count: tuple[int, int], first: float
+    turns: Sequence[Array32], intrinsics: Array32, count: tuple[int, int], first: float
 ) -> Array:
     """(3, images, rows, columns) unit directions in camera axes, turned into sphere space.
 
@@ -394,9 +393,9 @@ def _rays(
     first : of the image's first corner, in edges
     """
     rays = _camera_rays(intrinsics.astype(np.float64).tobytes(), count, first)
-    turned = np.stack([planet.sphere_from_camera for planet in planets], axis=1)
+    turned = np.stack(turns, axis=1)
     directions = turned.astype(np.float64).reshape(-1, 3) @ rays
-    return directions.reshape(3, len(planets), count[1], count[0])
+    return directions.reshape(3, len(turns), count[1], count[0])
 
 
 @lru_cache(maxsize=16)
