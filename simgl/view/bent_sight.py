@@ -5,13 +5,12 @@ Images are those of green light; the dispersion of air moves those of other band
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from simgl.arrays import Array, IndexArray
+from simgl.arrays import Array, IndexArray, Mask
 from simgl.physics.air_profile import AIR_TOP
 from simgl.physics.atmosphere import Air
 from simgl.physics.eclipse import limb_angle, limb_angles
@@ -127,38 +126,42 @@ class BentSight:
         """
         seen, shares = directions.copy(), np.ones(len(directions))
         nadir = -self.R_itrf_from_icrf.T @ self.position / self._distance
-        for rows, rays, off in self._alike(directions, directions @ nadir):
-            cosine = directions[rows] @ nadir
-            upwards = directions[rows] - np.outer(cosine, nadir)
-            sine = np.linalg.norm(upwards, axis=1)
-            true = np.arctan2(sine, cosine)
-            steps = (true - off)[:, None] + _STEP * np.array([-1.0, 0.0, 1.0])
-            low, at, high = rays.seen_at(steps, _GREEN).T
-            at = at + off
-            level = upwards / sine[:, None]
-            seen[rows] = np.outer(np.cos(at), nadir) + np.sin(at)[:, None] * level
-            spread = (high - low) / (2.0 * _STEP) * np.sin(at) / sine
-            shares[rows] = np.minimum(spread, 1.0)
+        rows, off, groups = self._in_air(directions, directions @ nadir)
+        if not rows.size:
+            return seen, shares
+        cosine = directions[rows] @ nadir
+        upwards = directions[rows] - np.outer(cosine, nadir)
+        sine = np.linalg.norm(upwards, axis=1)
+        true = np.arctan2(sine, cosine)
+        steps = (true - off)[:, None] + _STEP * np.array([-1.0, 0.0, 1.0])
+        for those, rays in groups:
+            steps[those] = rays.seen_at(steps[those], _GREEN)
+        low, at, high = steps.T
+        at = at + off
+        level = upwards / sine[:, None]
+        seen[rows] = np.outer(np.cos(at), nadir) + np.sin(at)[:, None] * level
+        spread = (high - low) / (2.0 * _STEP) * np.sin(at) / sine
+        shares[rows] = np.minimum(spread, 1.0)
         return seen, shares
 
-    def _alike(
+    def _in_air(
         self, directions: Array, cosine: Array
-    ) -> Iterator[tuple[IndexArray, BentRays, Array]]:
-        """Rows of directions within the air whose limbs are alike; and by how much they are off.
+    ) -> tuple[IndexArray, Array, list[tuple[Mask, BentRays]]]:
+        """Rows (k,) of directions within the air; by how much (k,) the limb is off that of their
+        group; and the groups, whose limbs are alike, as masks (k,) with the rays there.
 
         cosine : (n,) of their angles from nadir
         """
         if self._height < AIR_TOP:
             rows = np.flatnonzero(np.abs(cosine) < 1.0 - 1e-6)
-            yield rows, self._rays_inside, np.zeros(len(rows))
-            return
+            return rows, np.zeros(len(rows)), [(np.ones(len(rows), dtype=bool), self._rays_inside)]
         sizes = np.array([min(self.radii), max(self.radii) + AIR_TOP])
         low, high = np.arcsin(np.minimum(sizes / self._distance, 1.0))
         rows = np.flatnonzero((cosine < np.cos(max(low - LIFT, 0.0))) & (cosine > np.cos(high)))
         limbs = limb_angles(self.position, directions[rows] @ self.R_itrf_from_icrf.T, self.radii)
         steps = np.round(limbs / _ALIKE)
-        for step in np.unique(steps):
-            those = steps == step
+        groups = []
+        for step in sorted(set(steps.tolist())):
             radius = self._distance * float(np.sin(step * _ALIKE))
-            rays = rays_from_space(self.air, radius, self._distance)
-            yield rows[those], rays, limbs[those] - step * _ALIKE
+            groups.append((steps == step, rays_from_space(self.air, radius, self._distance)))
+        return rows, limbs - steps * _ALIKE, groups

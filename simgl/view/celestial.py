@@ -7,6 +7,7 @@ ellipse, exactly.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -198,7 +199,7 @@ def star_places(state: SceneState, camera: CameraState) -> StarPlaces | None:
     optics, R = camera.camera, camera.R_camera_from_icrf
     d = optics.detector
     reach = optics.half_diagonal_angle + _STARS_MOVE + 2.0 * STAR_REACH / optics.focal_length_px
-    rows = np.flatnonzero(catalogue.direction @ R[2] > np.cos(min(reach, np.pi)))
+    rows = catalogue.around(R[2], min(reach, np.pi))
     centre = np.zeros(3) if state.earth is None else state.earth.position
     still = directions(
         catalogue.direction[rows],
@@ -278,14 +279,8 @@ def _star_points(state: SceneState, camera: CameraState, hidden: _Hidden) -> Sta
 def _diffuse_sky(state: SceneState, camera: CameraState, hidden: _Hidden) -> DiffuseSky | None:
     if state.stars is None or not state.stars.diffuse:
         return None
-    d, k = camera.camera.detector, camera.camera.intrinsics
-    columns, rows = (
-        int(np.clip(np.ceil(side / k[0, 0] / _DIFFUSE_STEP), 2, _MAX_STEPS)) + 1
-        for side in (d.width, d.height)
-    )
-    x, y = np.meshgrid(np.linspace(0, d.width, columns), np.linspace(0, d.height, rows))
-    rays = np.stack([x.ravel() - k[0, 2], y.ravel() - k[1, 2], np.full(x.size, k[0, 0])], axis=1)
-    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    d = camera.camera.detector
+    rays, (columns, rows) = _nodes(camera.camera.intrinsics.tobytes(), (d.width, d.height))
     seen = rays @ camera.R_camera_from_icrf
     if hidden.points(seen).all():
         return None
@@ -293,6 +288,21 @@ def _diffuse_sky(state: SceneState, camera: CameraState, hidden: _Hidden) -> Dif
     bands = state.bands
     light = zodiacal_radiance(seen, sun, bands) + faint_starlight(seen, bands)
     return DiffuseSky(columns=columns, rows=rows, radiance=_float32(light))
+
+
+@lru_cache(maxsize=16)
+def _nodes(intrinsics: bytes, size: tuple[int, int]) -> tuple[Array, tuple[int, int]]:
+    """(n, 3) unit rays to the nodes of the diffuse sky of an image, camera axes; its columns and
+    rows."""
+    k = np.frombuffer(intrinsics).reshape(3, 3)
+    columns, rows = (
+        int(np.clip(np.ceil(side / k[0, 0] / _DIFFUSE_STEP), 2, _MAX_STEPS)) + 1 for side in size
+    )
+    x, y = np.meshgrid(np.linspace(0, size[0], columns), np.linspace(0, size[1], rows))
+    rays = np.stack([x.ravel() - k[0, 2], y.ravel() - k[1, 2], np.full(x.size, k[0, 0])], axis=1)
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    rays.flags.writeable = False
+    return rays, (columns, rows)
 
 
 def _sun_disc(

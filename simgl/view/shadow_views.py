@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import cache, cached_property, lru_cache
 
 import numpy as np
 
@@ -129,7 +129,7 @@ class _Near:
     R_light_from_other: Array
     offset: Array
 
-    @property
+    @cached_property
     def centre(self) -> Array:
         """(3,) of its bounding sphere, the receiver's light axes [m]."""
         return self.R_light_from_other @ self.model.posed_mesh.centre + self.offset
@@ -303,11 +303,17 @@ def _map(
     size = next((s for s in SIZES if s >= wanted), SIZES[-1])
     # The filter reaches two texels beyond.
     reach *= size / (size - 4.0)
-    clip_from_light = np.eye(4)
-    clip_from_light[0, [0, 3]] = 1.0 / reach, -middle[0] / reach
-    clip_from_light[1, [1, 3]] = 1.0 / reach, -middle[1] / reach
-    # Depth grows downwards: -1 at the top, 1 at the bottom.
-    clip_from_light[2, 2:] = -2.0 / (top - bottom), (top + bottom) / (top - bottom)
+    x, y = middle.tolist()
+    depth = top - bottom
+    clip_from_light = np.array(
+        [
+            [1.0 / reach, 0.0, 0.0, -x / reach],
+            [0.0, 1.0 / reach, 0.0, -y / reach],
+            # Depth grows downwards: -1 at the top, 1 at the bottom.
+            [0.0, 0.0, -2.0 / depth, (top + bottom) / depth],
+            [0.0, 0.0, 0.0, 1.0],
+        ]
+    )
     drawn = []
     for caster in above:
         matrix = np.eye(4)
@@ -328,7 +334,7 @@ def _map(
         texel_from_body=np.asarray(texel_from_body, dtype=np.float32),
         texel=texel,
         top=top,
-        depth=top - bottom,
+        depth=depth,
         inset=2.0 + margin / texel,
     )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -51,6 +52,14 @@ class SpacecraftView:
     near: NearGroup | None = None
     air: AirSegment | None = None
     motion: PoseMotion | None = None
+
+    @cached_property
+    def sky_from_camera(self) -> Array:
+        """(4, 4) turns directions to the axes of its sky; 1 where there is none."""
+        matrix = np.eye(4)
+        if self.sky is not None:
+            matrix[:3, :3] = self.sky.R_sky_from_body @ self.camera_from_body[:3, :3].T
+        return matrix
 
 
 def _float32(values: Array) -> Array32:
