@@ -345,31 +345,30 @@ class Simulator(AbstractContextManager["Simulator"]):
         colours = lit_for_detector(still.state, camera.detector)
         if len(colours) == 1:
             photons = still.state.sun.photons_per_joule
-            seen = self._lit_for(still, 0)
+            seen = self._lit_for(still, colours, 0)
             area = seen.lit_area
             return pipeline.electrons_through(camera, photons, seen.softened, seen.sun, area)
         lights = (
-            self._lit_for(still, index).lit_for(replace(camera, detector=colour.detector))
+            self._lit_for(still, colours, index).lit_for(replace(camera, detector=colour.detector))
             for index, colour in enumerate(colours)
         )
         return pipeline.electrons_by_colour(camera, lights)
 
-    def _lit_for(self, still: StillScene, index: int) -> StillScene:
+    def _lit_for(
+        self, still: StillScene, colours: Sequence[DetectorLight], index: int
+    ) -> StillScene:
         """The scene with its lamps as the pixels of a colour respond to them; the last one found
         again, for the settings of a bracket."""
-        camera = still.camera
-
-        def colour(state: SceneState) -> DetectorLight:
-            return lit_for_detector(state, camera.detector)[index]
-
-        light = colour(still.state)
+        camera, light = still.camera, colours[index]
         if light.key == b"":
             return still
         if still.lit.get(light.key) is None:
             still.lit.clear()
             lit = self._still(replace(still.state, lamps=light.lamps), camera.name)
             if still.moving is not None:
-                lit.moving = still.moving.lit_by(lambda state: colour(state).lamps)
+                lit.moving = still.moving.lit_by(
+                    lambda state: lit_for_detector(state, camera.detector)[index].lamps
+                )
             still.lit[light.key] = lit
         return still.lit[light.key]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import moderngl
 
@@ -46,6 +47,22 @@ class State:
     channels: str = "rgba"
     clip_planes: int = 0
 
+    @cached_property
+    def _color_mask(self) -> tuple[bool, bool, bool, bool]:
+        red, green, blue, alpha = (self.write_color and one in self.channels for one in "rgba")
+        return red, green, blue, alpha
+
+    @cached_property
+    def _flags(self) -> int:
+        flags = moderngl.NOTHING
+        if self.depth:
+            flags |= moderngl.DEPTH_TEST
+        if self.cull is not None:
+            flags |= moderngl.CULL_FACE
+        if self.blend is not None:
+            flags |= moderngl.BLEND
+        return flags
+
     def apply(
         self,
         ctx: moderngl.Context,
@@ -56,21 +73,13 @@ class State:
         """Bind the target and set every piece of state; viewport and scissor in pixels."""
         target.viewport = viewport
         target.scissor = scissor  # type: ignore[assignment]
-        if target.color_attachments:
-            one = tuple(self.write_color and channel in self.channels for channel in "rgba")
-            count = len(target.color_attachments)
+        if attachments := target.color_attachments:
+            one, count = self._color_mask, len(attachments)
             target.color_mask = one if count == 1 else (one,) * count  # type: ignore[assignment]
         target.depth_mask = self.depth and not self.keep_depth
         # After its settings: those of a framebuffer that is bound already may not reach OpenGL.
         target.use()
-        flags = moderngl.NOTHING
-        if self.depth:
-            flags |= moderngl.DEPTH_TEST
-        if self.cull is not None:
-            flags |= moderngl.CULL_FACE
-        if self.blend is not None:
-            flags |= moderngl.BLEND
-        ctx.enable_only(flags)
+        ctx.enable_only(self._flags)
         if self.depth_clamp:
             ctx.enable_direct(DEPTH_CLAMP)
         else:

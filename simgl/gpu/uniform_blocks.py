@@ -75,6 +75,7 @@ class Block:
         return f"layout(std140, row_major) uniform {self.name} {{\n{body}\n}};\n"
 
 
+_NONE: Mapping[str, Any] = {}
 # OpenGL's largest step between blocks that one buffer holds [bytes].
 _SLOT = 256
 
@@ -88,27 +89,37 @@ class UniformBuffer:
         self._step = self._size if slots == 1 else -(-self._size // _SLOT) * _SLOT
         self._buffer = ctx.buffer(reserve=slots * self._step)
         self._packed, self._written = np.zeros((slots, self._step), dtype=np.uint8), b""
+        self._constants: Mapping[str, Any] = _NONE
         packed = self._packed[:, : self._size].view(block.dtype)[:, 0]
         names = block.dtype.names or ()
         self._fields = {name: packed[name] for name in names if "_padding" not in name}
 
     def write(
-        self, values: Mapping[str, Any], by_slot: Mapping[str, AnyArray] | None = None
+        self,
+        values: Mapping[str, Any],
+        by_slot: Mapping[str, AnyArray] = _NONE,
+        constants: Mapping[str, Any] = _NONE,
     ) -> None:
         """Pack, and upload what has changed; every field must be given, but for those named
         ``..._padding...``.
 
         values : of every slot
         by_slot : of the first, the second and so on
+        constants : of every slot; packed only where they are another mapping than the last time, so
+            that nobody may change them
         """
-        given = {**values, **by_slot} if by_slot else values
+        given = {**values, **by_slot, **constants} if by_slot or constants else values
         if given.keys() != self._fields.keys():
             missing = sorted(given.keys() ^ self._fields.keys())
             raise ShaderError(f"block {self.block.name}: fields {missing} do not match")
         for name, value in values.items():
             self._fields[name][...] = value
-        for name, value in (by_slot or {}).items():
+        for name, value in by_slot.items():
             self._fields[name][: len(value)] = value
+        if constants is not self._constants:
+            for name, value in constants.items():
+                self._fields[name][...] = value
+            self._constants = constants
         if (packed := self._packed.tobytes()) != self._written:
             self._buffer.write(packed)
             self._written = packed

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import moderngl
 import numpy as np
@@ -223,6 +224,20 @@ def _cell_shares(ramps: Array, cells: int) -> Array:
     return np.diff(below, axis=0)
 
 
+@lru_cache(maxsize=32)
+def _ramps(ramps: Ramps, cells: int, *, of_cells: bool) -> tuple[Array, Array]:
+    """(4,) widths of ramps [px] as the shader takes them, and their ``_cell_shares``.
+
+    of_cells : light and shares are means over a cell, which widens a pixel by two squares of its
+        width: these are part of the ramp, whose variance goes with its square
+    """
+    widths = np.array(ramps)
+    if of_cells:
+        widths = np.sqrt(np.maximum(widths**2 - 2.0 / cells**2, _NARROWEST**2))
+    widths = np.maximum(widths, _NARROWEST)
+    return widths, _cell_shares(widths, cells)
+
+
 def _is_by_samples(tile: RasterTile) -> bool:
     """Whether the samples of cells on edges are weighted one by one."""
     return tile.sample_grid.cells_per_edge <= _FEW_CELLS
@@ -236,20 +251,15 @@ def _values(tile: RasterTile, ramps: Ramps, *, by_cells: bool) -> dict[str, obje
         origin = window.image_from_raster[:, 2] - (tile.x, tile.y)
         samples = window.samples_per_pixel
     cells = tile.sample_grid.cells_per_edge
-    widths = np.array(ramps)
-    if by_cells and not _is_by_samples(tile):
-        # Light and shares are means over a cell then, which widens a pixel by two squares of its
-        # width: these are part of the ramp, whose variance goes with its square.
-        widths = np.sqrt(np.maximum(widths**2 - 2.0 / cells**2, _NARROWEST**2))
-    widths = np.maximum(widths, _NARROWEST)
+    widths, shares = _ramps(ramps, cells, of_cells=by_cells and not _is_by_samples(tile))
     return {
         "raster_from_pixel": turn.T.ravel(),
         "pixel_from_raster": back.T.ravel(),
         "tile_origin": (tile.x, tile.y),
         "window_origin": origin,
-        "cells_per_pixel": tile.sample_grid.cells_per_edge,
+        "cells_per_pixel": cells,
         "window_samples": samples,
         "widest_ramp": float(widths.max()),
         "ramps": widths,
-        "cell_shares": _cell_shares(widths, cells),
+        "cell_shares": shares,
     }

@@ -192,7 +192,6 @@ _LARGEST_TURN, _CELL_WIDTH = 0.035, 2.2
 def tile_values(tile: RasterTile, clip_from_camera: Any) -> dict[str, Any]:
     """The Tile block for one depth slice of a tile."""
     to_raster = tile.cells.raster_from_cell
-    sample_edge = float(np.linalg.norm(tile.sample_steps[0, :3]))
     return {
         "clip_from_camera": clip_from_camera,
         "tile_edges": tile.edges,
@@ -203,7 +202,7 @@ def tile_values(tile: RasterTile, clip_from_camera: Any) -> dict[str, Any]:
         "raster_origin": to_raster[:, 2],
         "cells": tile.cells.size,
         "cell_reach": tile.cells.reach,
-        "largest_curvature": _LARGEST_TURN / (_CELL_WIDTH * sample_edge),
+        "largest_curvature": _LARGEST_TURN / (_CELL_WIDTH * tile.sample_edge),
     }
 
 
@@ -232,7 +231,7 @@ def _joint_rows(matrices: Array) -> Array32:
     return rows
 
 
-_no_curve = np.zeros((TERMS // 4, 4))
+_standing, _no_curve = np.zeros((4, 4)), np.zeros((TERMS // 4, 4))
 
 
 def spacecraft_values(view: SpacecraftView, air: AirBetween | None = None) -> dict[str, Any]:
@@ -240,26 +239,22 @@ def spacecraft_values(view: SpacecraftView, air: AirBetween | None = None) -> di
 
     air : before it
     """
-    sky_from_camera = np.eye(4)
-    if view.sky is not None:
-        R_body_from_camera = view.camera_from_body[:3, :3].T
-        sky_from_camera[:3, :3] = view.sky.R_sky_from_body @ R_body_from_camera
     motion = view.motion
     return {
         "camera_from_body": view.camera_from_body,
-        "pose_rate": np.zeros((4, 4)) if motion is None else motion.rate,
-        "pose_change": np.zeros((4, 4)) if motion is None else motion.change,
+        "pose_rate": _standing if motion is None else motion.rate,
+        "pose_change": _standing if motion is None else motion.change,
         "row_clock": (0.0, 0.0) if motion is None else motion.line,
         "row_curve": _no_curve
         if motion is None or motion.curve is None
         else motion.curve.reshape(-1, 4),
-        "sky_from_camera": sky_from_camera,
+        "sky_from_camera": view.sky_from_camera,
         "sun_direction": (*view.sun_direction, 0.0),
         "sun_irradiance": view.sun_irradiance,
         "sun_limb_u": view.sun_limb[0],
         "sun_limb_v": view.sun_limb[1],
-        "air_light": np.zeros(4) if air is None else air.light,
-        "air_transmittance": np.ones(4) if air is None else air.transmittance,
+        "air_light": 0.0 if air is None else air.light,
+        "air_transmittance": 1.0 if air is None else air.transmittance,
         "sun_angular_radius": view.sun_angular_radius,
         "instance": view.instance,
     }
@@ -293,7 +288,7 @@ def shadow_values(view: SpacecraftView, sample_grid: SampleGrid) -> dict[str, An
         "shadow_from_body": from_body,
         "shadow_frame": frame,
         "shadow_atlas": atlas,
-        "shadow_taps": np.clip(taps, _MIN_DIRECTIONS, _MAX_DIRECTIONS),
+        "shadow_taps": min(max(taps, _MIN_DIRECTIONS), _MAX_DIRECTIONS),
         "shadow_lean": view.shadow.lean,
     }
 

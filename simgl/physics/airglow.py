@@ -77,6 +77,7 @@ def glow_bottom(bands: Bands = BANDS) -> Array:
     return np.where(middle < _HYDROXYL, GLOW_BOTTOM[1], GLOW_BOTTOM[0])
 
 
+@lru_cache(maxsize=16)
 def zenith_glow(*, from_below: bool, bands: Bands = BANDS) -> Array:
     """(4,) radiance of the layers along the vertical [W m-2 sr-1].
 
@@ -89,10 +90,12 @@ def zenith_glow(*, from_below: bool, bands: Bands = BANDS) -> Array:
     wavelength, rayleighs = lines.T
     radiance = rayleighs * RAYLEIGH * PLANCK * LIGHT_SPEED / wavelength
     if bands != BANDS:
-        return _in_bands(wavelength, radiance, bands)
-    return np.array(
-        [radiance[(wavelength >= low) & (wavelength < high)].sum() for low, high in BANDS.edges]
-    )
+        glow = _in_bands(wavelength, radiance, bands)
+    else:
+        within = ((wavelength >= low) & (wavelength < high) for low, high in BANDS.edges)
+        glow = np.array([radiance[one].sum() for one in within])
+    glow.flags.writeable = False
+    return glow
 
 
 def _in_bands(wavelength: Array, radiance: Array, bands: Bands) -> Array:

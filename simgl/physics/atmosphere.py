@@ -68,6 +68,10 @@ class Atmosphere:
     ozone_profile: Profile
     absorbers: tuple[Absorber, ...] = ()
 
+    def __hash__(self) -> int:
+        # Caches ask often: some of its numbers tell it from others.
+        return hash((self.rayleigh, self.aerosol, self.ozone))
+
 
 @dataclass(frozen=True, kw_only=True)
 class BandAir:
@@ -82,6 +86,9 @@ class BandAir:
     parts: tuple[Atmosphere, ...]
     shares: tuple[tuple[PerBand, PerBand, PerBand, PerBand], ...]
     refractivity: PerBand
+
+    def __hash__(self) -> int:
+        return hash((self.name, self.refractivity))
 
     @property
     def all_shares(self) -> Array:

@@ -11,7 +11,7 @@ from simgl.arrays import Array
 from simgl.physics.air_profile import AIR_TOP
 from simgl.physics.atmosphere import Air, band_transmittance, optical_depth_to_space
 from simgl.physics.constants import MOON_RADIUS
-from simgl.physics.frames import angle_between
+from simgl.physics.frames import angle_between, cross, norm
 from simgl.physics.refraction import BentRays, rays_from_inside, rays_from_space
 from simgl.physics.solar_disc import UNIFORM, limb_profile
 
@@ -28,8 +28,8 @@ def limb_angle(position: Array, direction: Array, radii: Array) -> float:
 
     As ``limb_angles``; straight down any side will do.
     """
-    nadir = -position / np.linalg.norm(position)
-    if np.linalg.norm(np.cross(nadir, direction)) < 1e-12:
+    nadir = -position / norm(position)
+    if norm(cross(nadir, direction)) < 1e-12:
         direction = np.eye(3)[int(np.argmin(np.abs(nadir)))]
     return float(limb_angles(position, direction[None], radii)[0])
 
@@ -44,7 +44,7 @@ def limb_angles(position: Array, directions: Array, radii: Array) -> Array:
     With space scaled by the semi-axes, a ray is tangent where the discriminant of its intersection
     with the unit sphere vanishes: a quadratic in the tangent of the angle.
     """
-    nadir = -position / np.linalg.norm(position)
+    nadir = -position / norm(position)
     sides = directions - np.outer(directions @ nadir, nadir)
     sides /= np.linalg.norm(sides, axis=1)[:, None]
     o, n, e = position / radii, nadir / radii, sides / radii
@@ -216,9 +216,9 @@ def sunlit_transmission(
     stays. Arguments as for ``sunlit_shares``; the point may lie inside the atmosphere.
     """
     separation = angle_between(-position, sun_direction)
-    distance = float(np.linalg.norm(position))
+    distance = norm(position)
     # Heights are measured from the sphere through the ellipsoid's point below.
-    below = distance / float(np.linalg.norm(position / radii))
+    below = distance / norm(position / radii)
     inside = distance - below < AIR_TOP
     if inside and separation > 0.5 * np.pi + _HIGH:
         cosine = np.array([-np.cos(separation)])
@@ -297,7 +297,7 @@ def past_the_moon(
     limb : (2, 4) limb darkening of the Sun's disc
     """
     offset = moon - point
-    distance = float(np.linalg.norm(offset))
+    distance = norm(offset)
     separation = angle_between(offset, sun_direction)
     moon_angular_radius = float(np.arcsin(MOON_RADIUS / distance))
     if separation >= sun_angular_radius + moon_angular_radius:

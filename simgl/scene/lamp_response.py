@@ -9,12 +9,14 @@ Under colour filters the ratio is another one for each colour.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
 from simgl.arrays import Array
 from simgl.camera.detector import ColourPixels, Detector
-from simgl.camera.spectral_response import sunlight_ratio
+from simgl.camera.spectral_response import ResponseCurve, sunlight_ratio
+from simgl.physics.spectrum import LineSpectrum, PerBand
 from simgl.scene.lamps import LampState
 from simgl.scene.state import SceneState
 
@@ -37,7 +39,7 @@ def lit_for_detector(state: SceneState, detector: Detector) -> tuple[DetectorLig
     """The lamps for all pixels, or for those of each colour where lamps have spectra."""
     if all(lamp.lamp.spectrum is None for lamp in state.lamps):
         return (DetectorLight(detector=detector, lamps=state.lamps),)
-    photons_per_joule = state.sun.photons_per_joule
+    photons_per_joule = state.sun.photons_per_joule.tobytes()
     lights = []
     for colour in detector.by_colour():
         lamps = tuple(_weighted(lamp, colour, photons_per_joule) for lamp in state.lamps)
@@ -46,10 +48,24 @@ def lit_for_detector(state: SceneState, detector: Detector) -> tuple[DetectorLig
     return tuple(lights)
 
 
-def _weighted(state: LampState, colour: ColourPixels, photons_per_joule: Array) -> LampState:
+def _weighted(state: LampState, colour: ColourPixels, photons_per_joule: bytes) -> LampState:
     lamp = state.lamp
     if lamp.spectrum is None:
         return state
-    sunlight = photons_per_joule * np.array(colour.quantum_efficiency)
-    ratio = sunlight_ratio(lamp.spectrum, colour.curve, sunlight)
-    return replace(state, lamp=replace(lamp, power=lamp.power * ratio))
+    response = colour.curve, colour.quantum_efficiency
+    power = lamp.power * _ratio(lamp.spectrum, *response, photons_per_joule)
+    return replace(state, lamp=replace(lamp, power=power))
+
+
+@lru_cache(maxsize=64)
+def _ratio(
+    spectrum: LineSpectrum,
+    curve: ResponseCurve,
+    quantum_efficiency: PerBand,
+    photons_per_joule: bytes,
+) -> Array:
+    """(4,) as ``sunlight_ratio``: lamps, detectors and sunlight stay from frame to frame."""
+    sunlight = np.frombuffer(photons_per_joule) * np.array(quantum_efficiency)
+    ratio = sunlight_ratio(spectrum, curve, sunlight)
+    ratio.flags.writeable = False
+    return ratio

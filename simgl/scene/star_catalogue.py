@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simgl import assets
-from simgl.arrays import Array, UIntArray
+from simgl.arrays import Array, Array32, IndexArray, UIntArray
 from simgl.decoded_files import arrays_in
 from simgl.errors import AssetError
 from simgl.file_cache import FileCache
@@ -47,6 +47,17 @@ class StarCatalogue:
     motion: Array
     parallax: Array
     irradiance: Array
+
+    @cached_property
+    def _coarse_direction(self) -> Array32:
+        """(3, n) of the directions, for a first choice among them."""
+        return np.ascontiguousarray(self.direction.T, dtype=np.float32)
+
+    def around(self, direction: Array, angle: float) -> IndexArray:
+        """Rows of all stars within an angle [rad] of a direction (3,) unit, and some beyond, by
+        1e-6 in the angle's cosine."""
+        cosine = direction.astype(np.float32) @ self._coarse_direction
+        return np.flatnonzero(cosine > np.float32(np.cos(angle) - 1e-6))
 
     @cached_property
     def mean_radiance(self) -> Array:

@@ -13,7 +13,7 @@ from simgl.html_table import html_table
 from simgl.physics.constants import ASTRONOMICAL_UNIT, MOON_RADIUS
 from simgl.physics.eclipse import past_the_moon, sunlit_shares, sunlit_transmission
 from simgl.physics.ephemeris import utc_from_tai_ns
-from simgl.physics.frames import Pose, angle_between, unit
+from simgl.physics.frames import Pose, angle_between, norm, unit
 from simgl.physics.lunar_model import moonlight
 from simgl.physics.solar_disc import UNIFORM
 from simgl.physics.spectrum import BandLight, Bands
@@ -67,7 +67,7 @@ class SunAtPosition:
     def seen_from(self, point: Array) -> SunSeen:
         """The Sun from a point [m]."""
         offset = self.position - point
-        distance = float(np.linalg.norm(offset))
+        distance = norm(offset)
         return SunSeen(
             direction_icrf=offset / distance,
             irradiance=self.light_at_1_au.irradiance * (ASTRONOMICAL_UNIT / distance) ** 2,
@@ -158,12 +158,12 @@ class BodyState:
     def encloses(self, point: Array) -> bool:
         """Whether a point (3,) of ICRF axes [m] lies inside its skin."""
         mesh, place = self.model.posed_mesh, self.in_body(point)
-        if np.linalg.norm(place - mesh.centre) > mesh.radius:
+        if norm(place - mesh.centre) > mesh.radius:
             return False
         # Nor beyond a plane that has its hull on the other side.
         directions = np.vstack([place - mesh.centre, np.eye(3)])
-        across, at = mesh.hull @ directions.T, directions @ place
-        if np.any((at < across.min(axis=0)) | (at > across.max(axis=0))):
+        across, at = directions @ mesh.hull.T, directions @ place
+        if np.any((at < across.min(axis=1)) | (at > across.max(axis=1))):
             return False
         return mesh.encloses(place)
 
@@ -238,8 +238,8 @@ class SceneState:
             (
                 name,
                 body.model.name,
-                f"{1e-3 * float(np.linalg.norm(body.pose.position)):.3f}",
-                f"{float(np.linalg.norm(body.pose.position - self._place_of(first))):.3f}",
+                f"{1e-3 * norm(body.pose.position):.3f}",
+                f"{norm(body.pose.position - self._place_of(first)):.3f}",
                 f"{100.0 * self.sunlit_share(body.pose.position):.0f}",
             )
             for name, body in self.bodies.items()
@@ -260,7 +260,7 @@ class SceneState:
         phase = angle_between(self.sun.seen_from(place).direction_icrf, line)
         return (
             name,
-            f"{float(np.linalg.norm(line)):.3f}",
+            f"{norm(line):.3f}",
             f"{float(np.rad2deg(phase)):.1f}",
             f"{1e3 * state.camera.exposure_time:g}",
         )
@@ -287,7 +287,7 @@ class SceneState:
         if self.moon is None or self.earth is None or not self.earth.earth.moonlight:
             return None
         offset = self.moon - point
-        distance = float(np.linalg.norm(offset))
+        distance = norm(offset)
         sun = self.sun.seen_from(self.moon)
         phase = angle_between(sun.direction_icrf, -offset)
         seen = SunSeen(
@@ -324,7 +324,7 @@ class SceneState:
         light = np.zeros(4)
         for one in self.lamps:
             offset = point - one.position
-            distance = max(float(np.linalg.norm(offset)), one.lamp.radius)
+            distance = max(norm(offset), one.lamp.radius)
             angle = angle_between(offset, one.direction)
             profile = beam_profile(np.array(angle), one.lamp.half_angle, one.lamp.edge)
             light += one.lamp.intensity * profile / distance**2

@@ -8,6 +8,7 @@ import numpy as np
 
 from simgl.arrays import Array
 from simgl.physics.air_profile import AIR_TOP
+from simgl.physics.frames import norm
 from simgl.scene.earth import Earth
 from simgl.scene.state import EarthState, SceneState
 
@@ -39,7 +40,7 @@ def air_between(state: SceneState, camera: Array, point: Array) -> AirSegment | 
         return None
     earth = state.earth.earth
     start, end = (_in_sphere(state.earth, place) for place in (camera, point))
-    length = float(np.linalg.norm(end - start))
+    length = norm(end - start)
     if length == 0.0:
         return None
     view = (end - start) / length
@@ -54,11 +55,11 @@ def air_between(state: SceneState, camera: Array, point: Array) -> AirSegment | 
         return None
     at = min(max(0.0, low), high)
     lowest = nearest + at * view
-    r = float(np.linalg.norm(lowest))
+    r = norm(lowest)
     sun = state.sun.seen_from(state.earth.position)
     radii = np.array(earth.radii)
     towards = radii[0] / radii * (state.earth.R_itrf_from_icrf @ sun.direction_icrf)
-    towards /= np.linalg.norm(towards)
+    towards /= norm(towards)
     return AirSegment(
         earth=earth,
         height=r - earth.equatorial_radius,

@@ -6,6 +6,7 @@ A pinhole's axes: z boresight, x along columns, y along rows.
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
+from functools import cache
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -16,7 +17,7 @@ from simgl.environment_map import DOWN, FORWARD, RIGHT
 from simgl.errors import ConfigError
 from simgl.lru_cache import HashedOnce
 from simgl.physics.air_profile import AIR_TOP
-from simgl.physics.frames import cross, unit
+from simgl.physics.frames import cross, norm, unit
 from simgl.physics.lunar_model import moonlight
 from simgl.physics.spectrum import Bands
 from simgl.scene.earth import Earth
@@ -153,6 +154,8 @@ class SkyView:
 
 # Of each state that is in use, by the spacecraft: all cameras and all that share a sky ask for it.
 _skies = WeakKeyDictionary[SceneState, dict[BodyState, SkyView]]()
+# Likewise: how the Moon lights the Earth.
+_moons = WeakKeyDictionary[SceneState, Moonlight | None]()
 
 
 def background(state: SceneState, camera: CameraState) -> Background:
@@ -170,7 +173,7 @@ def background(state: SceneState, camera: CameraState) -> Background:
         earth = replace(earth, view=replace(earth.view, moonlight=_moonlight(state, state.earth)))
     # Stars and Moon are no light of the thermal infrared.
     beyond = celestial(state, camera, cone, hidden) if optics.thermal is None else None
-    return _background(optics.intrinsics, R, cone, seen, earth, beyond)
+    return _background(_float32(optics.intrinsics), R, cone, seen, earth, beyond)
 
 
 def sky_view(state: SceneState, name: str, body: BodyState) -> SkyView | None:
@@ -204,11 +207,16 @@ def _sky_around(
     moonlit = replace(earth.view, moonlight=_moonlight(state, about))
     earth = replace(earth, view=moonlit)
 
-    def face(axes: Array, texels: int) -> Background:
+    @cache
+    def of_size(texels: int) -> tuple[Array32, ImageCone, CelestialView | None]:
         half = 0.5 * texels
         cone = ImageCone(float(np.arctan(np.sqrt(2.0))), 1.0 / half)
         stars = None if state.stars is None else _even_sky(half, state.stars, state.bands)
-        return _background(_of_face(half), axes @ R_body_from_icrf, cone, seen, earth, stars)
+        return _float32(_of_face(half)), cone, stars
+
+    def face(axes: Array, texels: int) -> Background:
+        intrinsics, cone, stars = of_size(texels)
+        return _background(intrinsics, axes @ R_body_from_icrf, cone, seen, earth, stars)
 
     axes = np.stack([RIGHT, DOWN, FORWARD], axis=1)
     faces = tuple(face(one, texels) for one, texels in zip(axes, face_texels, strict=True))
@@ -258,7 +266,7 @@ def _first_within(state: SceneState, body: BodyState, reach: float) -> BodyState
     return next(
         other
         for other in state.bodies.values()
-        if other is body or np.linalg.norm(other.pose.position - place) < reach
+        if other is body or norm(other.pose.position - place) < reach
     )
 
 
@@ -290,7 +298,7 @@ def _lit_limb(earth: _EarthFrom, sun_icrf: Array) -> Array:
 def _sky_texels(planet: PlanetView) -> int:
     """Along an edge of a sky's finest faces, by what the Sun lights of the Earth seen there."""
     place = planet.camera_in_sphere.astype(np.float64)
-    distance = float(np.linalg.norm(place))
+    distance = norm(place)
     sine = float(np.dot(place, planet.sun_direction_itrf)) / distance
     height = float(np.arcsin(np.clip(sine, -1.0, 1.0)))
     seen = float(np.arccos(min(1.0 / distance, 1.0)))
@@ -321,7 +329,7 @@ def _earth_from(state: SceneState, earth: EarthState, place: Array, who: str) ->
     if outside <= 0.0:
         depth = -0.5 * outside * radii[0]
         raise ConfigError(who, "position", f"is {depth:.0f} m below the Earth's surface")
-    distance = float(np.linalg.norm(position))
+    distance = norm(position)
     sphere_from_icrf = (radii[0] / radii)[:, None] * earth.R_itrf_from_icrf
     sun = state.sun.seen_from(earth.position)
     return _EarthFrom(
@@ -342,10 +350,16 @@ def _earth_from(state: SceneState, earth: EarthState, place: Array, who: str) ->
 
 
 def _moonlight(state: SceneState, earth: EarthState) -> Moonlight | None:
+    if state not in _moons:
+        _moons[state] = _moonlight_at(state, earth)
+    return _moons[state]
+
+
+def _moonlight_at(state: SceneState, earth: EarthState) -> Moonlight | None:
     if state.moon is None or not earth.earth.moonlight:
         return None
     towards = state.moon - earth.position
-    distance = float(np.linalg.norm(towards))
+    distance = norm(towards)
     sun = state.sun.seen_from(state.moon)
     cosine = float(-towards @ sun.direction_icrf) / distance
     phase = float(np.arccos(np.clip(cosine, -1.0, 1.0)))
@@ -365,7 +379,7 @@ def _limb_angle(earth: Earth, distance: float) -> float:
 
 
 def _background(
-    intrinsics: Array,
+    intrinsics: Array32,
     R_camera_from_icrf: Array,
     cone: ImageCone,
     sun: SunSeen,
@@ -378,7 +392,7 @@ def _background(
         turned = _float32(earth.sphere_from_icrf @ R_camera_from_icrf.T)
         planet = replace(earth.view, sphere_from_camera=turned)
     return Background(
-        intrinsics=_float32(intrinsics),
+        intrinsics=intrinsics,
         sun_angular_radius=sun.angular_radius,
         planet=planet,
         celestial=beyond,

@@ -10,6 +10,7 @@ import numpy as np
 
 from simgl.arrays import AnyArray, Array, Array32, IndexArray, Mask
 from simgl.physics.air_profile import AIR_TOP
+from simgl.physics.frames import norm
 from simgl.scene.frost import frost_limits
 from simgl.view.background import PlanetView
 
@@ -156,7 +157,8 @@ class GroundTiles:
 
 
 def ground_tiles(
-    planets: Sequence[PlanetView],
+    planet: PlanetView,
+    turns: Sequence[Array32],
     intrinsics: Array32,
     size: tuple[int, int],
     cells: MapCells | None = None,
@@ -166,21 +168,21 @@ def ground_tiles(
     """The tiles of some images: found together, those of small images take little longer than those
     of one.
 
-    planets : one Earth from one place, before pinholes that look elsewhere
+    planet : from the place of the pinholes
+    turns : ``PlanetView.sphere_from_camera`` of each
     intrinsics : (3, 3) of every image [pixels]
     size : width and height [pixels]; the last tiles may reach past it
     cells : of the maps; None where nothing is known of them
     noise : whether the images show any
     """
-    planet = planets[0]
-    corners = _corners_on_ground(planets, intrinsics, size)
+    corners = _corners_on_ground(planet, turns, intrinsics, size)
     x, y, z = corners.normal
     latitude, longitude = np.arctan2(z, np.hypot(x, y)), np.arctan2(y, x)
     low, high = _extremes(np.stack([corners.slant, latitude, longitude, z]))
     slanted = (high[0] - low[0]) / (_SLANT_CHANGE * np.maximum(low[0], 1e-9))
     bend = np.sqrt(np.maximum(slanted, (high[2] - low[2]) / _LONGITUDE_CHANGE))
     bend[~_over_corners(np.logical_and, corners.meets)] = np.inf
-    ground, air = _ground_and_air(planets, intrinsics, size)
+    ground, air = _ground_and_air(planet, turns, intrinsics, size)
     one_face, two_faces = np.ones_like(ground), np.zeros((3, *ground.shape), dtype=bool)
     if noise:
         away = _extremes(_from_faces(corners.normal, _CHART_SEAM + _CLOUD_REACH * _clouds(planet)))
@@ -237,8 +239,6 @@ def tiles_behind(bare: Mask, corner: tuple[int, int], edge: float, size: tuple[i
     edge : of a block [pixels]
     size : width and height of the image [pixels]; the last tiles may reach past it
     """
-    sums = np.zeros(tuple(n + 1 for n in bare.shape), dtype=np.int64)
-    sums[1:, 1:] = bare.cumsum(axis=0).cumsum(axis=1)
     step = TILE * MERGED
 
     def blocks(first: int, count: int, length: int) -> tuple[IndexArray, IndexArray, Mask]:
@@ -254,8 +254,12 @@ def tiles_behind(bare: Mask, corner: tuple[int, int], edge: float, size: tuple[i
 
     left, right, in_columns = blocks(corner[0], bare.shape[1], size[0])
     top, bottom, in_rows = blocks(corner[1], bare.shape[0], size[1])
+    sums = np.zeros((bare.shape[0], bare.shape[1] + 1), dtype=np.int32)
+    np.cumsum(bare, axis=1, dtype=np.int32, out=sums[:, 1:])
     across = sums[:, right] - sums[:, left]
-    none = across[bottom] == across[top]
+    sums = np.zeros((bare.shape[0] + 1, across.shape[1]), dtype=np.int32)
+    np.cumsum(across, axis=0, dtype=np.int32, out=sums[1:])
+    none = sums[bottom] == sums[top]
     hidden = split(none & in_columns & in_rows[:, None], MERGED)
     columns, rows = (-(-length // TILE) for length in size)
     return hidden[:rows, :columns]
@@ -280,18 +284,17 @@ def _clouds(planet: PlanetView) -> float:
 
 
 def _ground_and_air(
-    planets: Sequence[PlanetView], intrinsics: Array32, size: tuple[int, int]
+    planet: PlanetView, turns: Sequence[Array32], intrinsics: Array32, size: tuple[int, int]
 ) -> tuple[Mask, Mask]:
     """(images, rows, columns) whether tiles, and a pixel about them, may have ground and clouds, or
     anything of the Earth and its air on them."""
-    planet = planets[0]
     distance, earth = float(np.sqrt(1.0 + planet.outside)), planet.earth
     tops = 0.0 if earth.clouds is None else earth.clouds.top / earth.equatorial_radius
     height = 0.0 if earth.air is None else AIR_TOP / earth.equatorial_radius
     columns, rows = (-(-length // TILE) for length in size)
-    middles = _rays(planets, intrinsics, (columns, rows), 0.5)
+    middles = _rays(turns, intrinsics, (columns, rows), 0.5)
     nadir = -planet.camera_in_sphere.astype(np.float64)
-    cosine = np.tensordot(nadir / np.linalg.norm(nadir), middles, 1)
+    cosine = np.tensordot(nadir / norm(nadir), middles, 1)
     cosine /= np.sqrt(_dot(middles, middles))
     # No tile is wider than one in the middle of the image.
     half = 0.5 * TILE * float(np.hypot(1.0 / intrinsics[0, 0], 1.0 / intrinsics[1, 1]))
@@ -326,12 +329,11 @@ class _Corners:
 
 
 def _corners_on_ground(
-    planets: Sequence[PlanetView], intrinsics: Array32, size: tuple[int, int]
+    planet: PlanetView, turns: Sequence[Array32], intrinsics: Array32, size: tuple[int, int]
 ) -> _Corners:
     """What the corners of tiles see of the ground; arguments as for ``ground_tiles``."""
     columns, rows = (-(-length // TILE) + 1 for length in size)
-    planet = planets[0]
-    d = _rays(planets, intrinsics, (columns, rows), 0.0)
+    d = _rays(turns, intrinsics, (columns, rows), 0.0)
     place = planet.camera_in_sphere.astype(np.float64)
     radii = np.array(planet.earth.radii)[:, None, None, None]
     dd, od = _dot(d, d), np.tensordot(place, d, 1)
@@ -383,7 +385,7 @@ def _from_faces(normal: Array, margin: float) -> Array:
 
 
 def _rays(
-    planets: Sequence[PlanetView], intrinsics: Array32, count: tuple[int, int], first: float
+    turns: Sequence[Array32], intrinsics: Array32, count: tuple[int, int], first: float
 ) -> Array:
     """(3, images, rows, columns) unit directions in camera axes, turned into sphere space.
 
@@ -391,9 +393,9 @@ def _rays(
     first : of the image's first corner, in edges
     """
     rays = _camera_rays(intrinsics.astype(np.float64).tobytes(), count, first)
-    turned = np.stack([planet.sphere_from_camera for planet in planets], axis=1)
+    turned = np.stack(turns, axis=1)
     directions = turned.astype(np.float64).reshape(-1, 3) @ rays
-    return directions.reshape(3, len(planets), count[1], count[0])
+    return directions.reshape(3, len(turns), count[1], count[0])
 
 
 @lru_cache(maxsize=16)

@@ -5,17 +5,16 @@ Images are those of green light; the dispersion of air moves those of other band
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from simgl.arrays import Array, IndexArray
+from simgl.arrays import Array, IndexArray, Mask
 from simgl.physics.air_profile import AIR_TOP
 from simgl.physics.atmosphere import Air
 from simgl.physics.eclipse import limb_angle, limb_angles
-from simgl.physics.frames import angle_between
+from simgl.physics.frames import angle_between, cross, norm
 from simgl.physics.refraction import BentRays, rays_from_inside, rays_from_space
 from simgl.scene.state import SceneState
 
@@ -43,9 +42,9 @@ class SeenDisc:
     @classmethod
     def round(cls, direction: Array, angular_radius: float) -> SeenDisc:
         """Seen along straight rays."""
-        first = np.cross(direction, np.eye(3)[int(np.argmin(np.abs(direction)))])
-        first /= np.linalg.norm(first)
-        axes = np.stack([first, np.cross(direction, first)])
+        first = cross(direction, np.eye(3)[int(np.argmin(np.abs(direction)))])
+        first /= norm(first)
+        axes = np.stack([first, cross(direction, first)])
         return cls(direction=direction, axes=axes, half_angles=np.full(2, angular_radius))
 
 
@@ -74,12 +73,12 @@ class BentSight:
 
     @cached_property
     def _distance(self) -> float:
-        return float(np.linalg.norm(self.position))
+        return norm(self.position)
 
     @cached_property
     def _height(self) -> float:
         """Above the sphere through the ellipsoid's point below."""
-        return self._distance * (1.0 - 1.0 / float(np.linalg.norm(self.position / self.radii)))
+        return self._distance * (1.0 - 1.0 / norm(self.position / self.radii))
 
     @cached_property
     def _rays_inside(self) -> BentRays:
@@ -105,14 +104,14 @@ class BentSight:
         middle = angle_between(nadir, direction)
         # Its top may be in the air where its middle is not.
         rays = self._rays(direction, middle - angular_radius)
-        sideways = np.cross(nadir, direction)
-        length = float(np.linalg.norm(sideways))
+        sideways = cross(nadir, direction)
+        length = norm(sideways)
         if rays is None or length < 1e-9:
             return SeenDisc.round(direction, angular_radius)
         ends = middle + angular_radius * np.array([-1.0, 1.0])
         bottom, top = rays.seen_at(ends, _GREEN)
         seen = 0.5 * (bottom + top)
-        upwards = np.cross(sideways / length, nadir)
+        upwards = cross(sideways / length, nadir)
         wider = np.sin(seen) / np.sin(middle)
         return SeenDisc(
             direction=np.cos(seen) * nadir + np.sin(seen) * upwards,
@@ -127,38 +126,42 @@ class BentSight:
         """
         seen, shares = directions.copy(), np.ones(len(directions))
         nadir = -self.R_itrf_from_icrf.T @ self.position / self._distance
-        for rows, rays, off in self._alike(directions, directions @ nadir):
-            cosine = directions[rows] @ nadir
-            upwards = directions[rows] - np.outer(cosine, nadir)
-            sine = np.linalg.norm(upwards, axis=1)
-            true = np.arctan2(sine, cosine)
-            steps = (true - off)[:, None] + _STEP * np.array([-1.0, 0.0, 1.0])
-            low, at, high = rays.seen_at(steps, _GREEN).T
-            at = at + off
-            level = upwards / sine[:, None]
-            seen[rows] = np.outer(np.cos(at), nadir) + np.sin(at)[:, None] * level
-            spread = (high - low) / (2.0 * _STEP) * np.sin(at) / sine
-            shares[rows] = np.minimum(spread, 1.0)
+        rows, off, groups = self._in_air(directions, directions @ nadir)
+        if not rows.size:
+            return seen, shares
+        cosine = directions[rows] @ nadir
+        upwards = directions[rows] - np.outer(cosine, nadir)
+        sine = np.linalg.norm(upwards, axis=1)
+        true = np.arctan2(sine, cosine)
+        steps = (true - off)[:, None] + _STEP * np.array([-1.0, 0.0, 1.0])
+        for those, rays in groups:
+            steps[those] = rays.seen_at(steps[those], _GREEN)
+        low, at, high = steps.T
+        at = at + off
+        level = upwards / sine[:, None]
+        seen[rows] = np.outer(np.cos(at), nadir) + np.sin(at)[:, None] * level
+        spread = (high - low) / (2.0 * _STEP) * np.sin(at) / sine
+        shares[rows] = np.minimum(spread, 1.0)
         return seen, shares
 
-    def _alike(
+    def _in_air(
         self, directions: Array, cosine: Array
-    ) -> Iterator[tuple[IndexArray, BentRays, Array]]:
-        """Rows of directions within the air whose limbs are alike; and by how much they are off.
+    ) -> tuple[IndexArray, Array, list[tuple[Mask, BentRays]]]:
+        """Rows (k,) of directions within the air; by how much (k,) the limb is off that of their
+        group; and the groups, whose limbs are alike, as masks (k,) with the rays there.
 
         cosine : (n,) of their angles from nadir
         """
         if self._height < AIR_TOP:
             rows = np.flatnonzero(np.abs(cosine) < 1.0 - 1e-6)
-            yield rows, self._rays_inside, np.zeros(len(rows))
-            return
+            return rows, np.zeros(len(rows)), [(np.ones(len(rows), dtype=bool), self._rays_inside)]
         sizes = np.array([min(self.radii), max(self.radii) + AIR_TOP])
         low, high = np.arcsin(np.minimum(sizes / self._distance, 1.0))
         rows = np.flatnonzero((cosine < np.cos(max(low - LIFT, 0.0))) & (cosine > np.cos(high)))
         limbs = limb_angles(self.position, directions[rows] @ self.R_itrf_from_icrf.T, self.radii)
         steps = np.round(limbs / _ALIKE)
-        for step in np.unique(steps):
-            those = steps == step
+        groups = []
+        for step in sorted(set(steps.tolist())):
             radius = self._distance * float(np.sin(step * _ALIKE))
-            rays = rays_from_space(self.air, radius, self._distance)
-            yield rows[those], rays, limbs[those] - step * _ALIKE
+            groups.append((steps == step, rays_from_space(self.air, radius, self._distance)))
+        return rows, limbs - steps * _ALIKE, groups

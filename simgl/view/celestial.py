@@ -7,12 +7,13 @@ ellipse, exactly.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from simgl.arrays import Array, Array32, IndexArray, Mask
 from simgl.physics.constants import MOON_RADIUS
-from simgl.physics.frames import angle_between
+from simgl.physics.frames import angle_between, norm
 from simgl.physics.lunar_model import earthlight, lommel_seeliger_share, surface_factor
 from simgl.physics.spectrum import PerBand
 from simgl.physics.starlight import aberrated, directions
@@ -198,7 +199,7 @@ def star_places(state: SceneState, camera: CameraState) -> StarPlaces | None:
     optics, R = camera.camera, camera.R_camera_from_icrf
     d = optics.detector
     reach = optics.half_diagonal_angle + _STARS_MOVE + 2.0 * STAR_REACH / optics.focal_length_px
-    rows = np.flatnonzero(catalogue.direction @ R[2] > np.cos(min(reach, np.pi)))
+    rows = catalogue.around(R[2], min(reach, np.pi))
     centre = np.zeros(3) if state.earth is None else state.earth.position
     still = directions(
         catalogue.direction[rows],
@@ -278,14 +279,8 @@ def _star_points(state: SceneState, camera: CameraState, hidden: _Hidden) -> Sta
 def _diffuse_sky(state: SceneState, camera: CameraState, hidden: _Hidden) -> DiffuseSky | None:
     if state.stars is None or not state.stars.diffuse:
         return None
-    d, k = camera.camera.detector, camera.camera.intrinsics
-    columns, rows = (
-        int(np.clip(np.ceil(side / k[0, 0] / _DIFFUSE_STEP), 2, _MAX_STEPS)) + 1
-        for side in (d.width, d.height)
-    )
-    x, y = np.meshgrid(np.linspace(0, d.width, columns), np.linspace(0, d.height, rows))
-    rays = np.stack([x.ravel() - k[0, 2], y.ravel() - k[1, 2], np.full(x.size, k[0, 0])], axis=1)
-    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    d = camera.camera.detector
+    rays, (columns, rows) = _nodes(camera.camera.intrinsics.tobytes(), (d.width, d.height))
     seen = rays @ camera.R_camera_from_icrf
     if hidden.points(seen).all():
         return None
@@ -293,6 +288,21 @@ def _diffuse_sky(state: SceneState, camera: CameraState, hidden: _Hidden) -> Dif
     bands = state.bands
     light = zodiacal_radiance(seen, sun, bands) + faint_starlight(seen, bands)
     return DiffuseSky(columns=columns, rows=rows, radiance=_float32(light))
+
+
+@lru_cache(maxsize=16)
+def _nodes(intrinsics: bytes, size: tuple[int, int]) -> tuple[Array, tuple[int, int]]:
+    """(n, 3) unit rays to the nodes of the diffuse sky of an image, camera axes; its columns and
+    rows."""
+    k = np.frombuffer(intrinsics).reshape(3, 3)
+    columns, rows = (
+        int(np.clip(np.ceil(side / k[0, 0] / _DIFFUSE_STEP), 2, _MAX_STEPS)) + 1 for side in size
+    )
+    x, y = np.meshgrid(np.linspace(0, size[0], columns), np.linspace(0, size[1], rows))
+    rays = np.stack([x.ravel() - k[0, 2], y.ravel() - k[1, 2], np.full(x.size, k[0, 0])], axis=1)
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    rays.flags.writeable = False
+    return rays, (columns, rows)
 
 
 def _sun_disc(
@@ -316,7 +326,7 @@ def _moon_disc(
     if state.moon is None:
         return None
     offset = state.moon - camera.position
-    distance = float(np.linalg.norm(offset))
+    distance = norm(offset)
     towards, radius = offset / distance, float(np.arcsin(min(MOON_RADIUS / distance, 1.0)))
     disc = _seen_disc(state, camera, cone, towards, radius)
     if disc is None or hidden.disc(disc):
@@ -349,7 +359,7 @@ def _earthshine(state: SceneState, earth: EarthState | None) -> Array:
     to_moon = state.moon - earth.position
     sun = state.sun.seen_from(earth.position)
     phase = angle_between(sun.direction_icrf, to_moon)
-    light = earthlight(sun.irradiance, float(np.linalg.norm(to_moon)), phase, state.bands)
+    light = earthlight(sun.irradiance, norm(to_moon), phase, state.bands)
     # At full phase the disc function is 1/2 all over.
     return 0.5 * surface_factor(0.0, state.bands) * light
 
@@ -401,7 +411,7 @@ def _disc_axes(camera: CameraState, ellipse: Ellipse, towards: Array) -> tuple[A
     """
     R, f = camera.R_camera_from_icrf, camera.camera.focal_length_px
     right = R[0] - np.dot(R[0], towards) * towards
-    right /= np.linalg.norm(right)
+    right /= norm(right)
     axes = np.stack([right, np.cross(towards, right)])
     in_camera = axes @ R.T
     s = R @ towards

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simgl.arrays import Array, Array32
-from simgl.physics.frames import camera_from_directions
+from simgl.physics.frames import camera_from_directions, moved
 from simgl.scene.lamps import Lamp, LampState
 from simgl.scene.state import BodyState, CameraState, SceneState
 from simgl.view.shadow_views import Caster, steady_pose
@@ -145,7 +145,7 @@ def _in_beam(
 ) -> _Seen | None:
     R, offset = steady_pose(body.pose, R_lamp_from_icrf, lamp.position)
     mesh = body.model.posed_mesh
-    points = hull = mesh.hull @ R.T + offset
+    points = hull = moved(mesh.hull, R, offset)
     front = hull[:, 2] >= near
     if not front.any():
         return None

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simgl.arrays import Array, Mask
+from simgl.physics.frames import norm
 from simgl.sample_grid import (
     MAX_SAMPLES,
     USEFUL_NEED,
@@ -61,7 +62,7 @@ class Limb:
         step = np.roll(self.outline, -1, axis=0) - self.outline
         length = np.hypot(*step.T)
         outward = np.stack([-step[:, 1], step[:, 0]], axis=-1) / length[:, None]
-        facing = outward @ self.to_sun > _DARK * float(np.linalg.norm(self.to_sun))
+        facing = outward @ self.to_sun > _DARK * norm(self.to_sun)
         each = np.where(facing, np.ceil(length), 0.0).astype(int)
         edge = np.repeat(np.arange(len(each)), each)
         number = np.arange(len(edge)) - np.repeat(np.cumsum(each) - each, each)

@@ -14,13 +14,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property, lru_cache
 
 import numpy as np
 
 from simgl.arrays import Array, Array32
 from simgl.camera.camera import Camera
-from simgl.physics.frames import Pose, cross, unit
+from simgl.physics.frames import Pose, cross, norm, unit
 from simgl.rays import ray_tracer
 from simgl.sample_grid import ANGLE
 from simgl.scene.spacecraft import SpacecraftModel
@@ -129,7 +129,7 @@ class _Near:
     R_light_from_other: Array
     offset: Array
 
-    @property
+    @cached_property
     def centre(self) -> Array:
         """(3,) of its bounding sphere, the receiver's light axes [m]."""
         return self.R_light_from_other @ self.model.posed_mesh.centre + self.offset
@@ -183,7 +183,7 @@ def shadow_view(
                 points, distance = seen
                 footprint = distance / camera.focal_length_px
                 if wide.texel * _ENOUGH > footprint:
-                    middle, half = _square(points @ R_light[:2].T, 1.01 * mesh.radius)
+                    middle, half = _square((R_light[:2] @ points.T).T, 1.01 * mesh.radius)
                     return wide, fitted(middle, half, footprint)
         return (wide,)
 
@@ -224,7 +224,7 @@ def _grid_directions(direction: Array, step: float) -> tuple[Array, Array]:
 def _light_axes(sun_body: Array) -> Array:
     """(3, 3) rows: x and y across the light, and towards the Sun."""
     across = cross(np.eye(3)[int(np.argmin(np.abs(sun_body)))], sun_body)
-    across /= np.linalg.norm(across)
+    across /= norm(across)
     other = cross(sun_body, across)
     x = np.cos(ANGLE) * across + np.sin(ANGLE) * other
     # Right-handed with z away from the Sun, like a camera that looks along the light.
@@ -303,11 +303,17 @@ def _map(
     size = next((s for s in SIZES if s >= wanted), SIZES[-1])
     # The filter reaches two texels beyond.
     reach *= size / (size - 4.0)
-    clip_from_light = np.eye(4)
-    clip_from_light[0, [0, 3]] = 1.0 / reach, -middle[0] / reach
-    clip_from_light[1, [1, 3]] = 1.0 / reach, -middle[1] / reach
-    # Depth grows downwards: -1 at the top, 1 at the bottom.
-    clip_from_light[2, 2:] = -2.0 / (top - bottom), (top + bottom) / (top - bottom)
+    x, y = middle.tolist()
+    depth = top - bottom
+    clip_from_light = np.array(
+        [
+            [1.0 / reach, 0.0, 0.0, -x / reach],
+            [0.0, 1.0 / reach, 0.0, -y / reach],
+            # Depth grows downwards: -1 at the top, 1 at the bottom.
+            [0.0, 0.0, -2.0 / depth, (top + bottom) / depth],
+            [0.0, 0.0, 0.0, 1.0],
+        ]
+    )
     drawn = []
     for caster in above:
         matrix = np.eye(4)
@@ -328,30 +334,38 @@ def _map(
         texel_from_body=np.asarray(texel_from_body, dtype=np.float32),
         texel=texel,
         top=top,
-        depth=top - bottom,
+        depth=depth,
         inset=2.0 + margin / texel,
     )
 
 
 def _nearest(centre: Array, radius: float, body_from_camera: Array) -> float:
     """Least distance from the camera to a bounding sphere [m], at least 1 % of its radius."""
-    distance = float(np.linalg.norm(body_from_camera[:3, 3] - centre))
+    distance = norm(body_from_camera[:3, 3] - centre)
     return max(distance - radius, 0.01 * radius)
 
 
 def _seen(body: BodyState, camera: Camera, body_from_camera: Array) -> tuple[Array, float] | None:
     """Points (n, 3) of a body that the image shows, body axes [m], and the least distance [m]."""
-    columns, rows = _PROBES
-    x = np.linspace(0.0, camera.detector.width, columns)
-    y = np.linspace(0.0, camera.detector.height, rows)
-    pixels = np.stack([*(g.ravel() for g in np.meshgrid(x, y)), np.ones(columns * rows)])
-    rays = np.linalg.solve(camera.intrinsics, pixels).T @ body_from_camera[:3, :3].T
+    d = camera.detector
+    rays = _probes(camera.intrinsics.tobytes(), d.width, d.height) @ body_from_camera[:3, :3].T
     origins = np.repeat(body_from_camera[None, :3, 3], len(rays), axis=0)
     triangle, distance = ray_tracer(body.model.posed_mesh).hits(origins, rays)
     hit = triangle >= 0
     if not np.any(hit):
         return None
     return origins[hit] + distance[hit, None] * rays[hit], float(distance[hit].min())
+
+
+@lru_cache(maxsize=16)
+def _probes(intrinsics: bytes, width: int, height: int) -> Array:
+    """(n, 3) rays of some length over an image, camera axes."""
+    columns, rows = _PROBES
+    x, y = np.linspace(0.0, width, columns), np.linspace(0.0, height, rows)
+    pixels = np.stack([*(g.ravel() for g in np.meshgrid(x, y)), np.ones(columns * rows)])
+    rays = np.linalg.solve(np.frombuffer(intrinsics).reshape(3, 3), pixels).T
+    rays.flags.writeable = False
+    return np.asarray(rays)
 
 
 def _square(points: Array, largest: float) -> tuple[Array, float]:

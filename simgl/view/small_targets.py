@@ -14,6 +14,7 @@ import numpy as np
 
 from simgl.arrays import Array
 from simgl.camera.camera import Camera
+from simgl.physics.frames import norm
 from simgl.sample_grid import MAX_SAMPLES, SampleGrid, rotated_sample_grid
 
 # Samples along the edge of a cell: no more samples in it than a texel holds groups.
@@ -69,12 +70,29 @@ def _outer(outline: Array) -> Array:
 
     They have the same convex hull.
     """
-    x, y = np.ascontiguousarray(outline.T)
     farthest = outline[np.argmax(_DIRECTIONS @ outline.T, axis=1)]
-    across, down = (np.roll(farthest, -1, axis=0) - farthest).T
-    edge = across * farthest[:, 1] - down * farthest[:, 0]
-    outside = across[:, None] * y - down[:, None] * x < edge[:, None]
-    return np.concatenate([farthest, outline[outside.any(axis=0)]])
+    along = np.roll(farthest, -1, axis=0) - farthest
+    inwards = np.stack([-along[:, 1], along[:, 0]], axis=1)
+    outside = inwards @ outline.T < np.sum(inwards * farthest, axis=1)[:, None]
+    beyond = outline[outside.any(axis=0)]
+    return np.concatenate([farthest, _without_dents(beyond, farthest.mean(axis=0))])
+
+
+def _without_dents(points: Array, middle: Array) -> Array:
+    """Points (n, 2) in the order of their angles about a place within their hull, while there are
+    many without those that dent the polygon: each lies in the triangle of its neighbours and that
+    place, so it is no corner of the hull."""
+    x, y = (points - middle).T
+    order = np.argsort(np.arctan2(y, x))
+    points = points[order]
+    while len(points) > _MANY:
+        along = np.diff(points, axis=0, append=points[:1])
+        before = np.roll(along, 1, axis=0)
+        kept = before[:, 0] * along[:, 1] >= before[:, 1] * along[:, 0]
+        if kept.all():
+            break
+        points = points[kept]
+    return points
 
 
 def _chain(points: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
@@ -131,7 +149,7 @@ def nearer(hull: Array) -> float:
     """By how much a hull (n, 3), camera axes [m], is to be drawn nearer."""
     middle = hull.mean(axis=0)
     radius = float(np.linalg.norm(hull - middle, axis=1).max())
-    return max(1.0, float(np.linalg.norm(middle)) / (_FARTHEST_RADII * radius))
+    return max(1.0, norm(middle) / (_FARTHEST_RADII * radius))
 
 
 def _squared(outline: Array) -> Array:

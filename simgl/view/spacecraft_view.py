@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from simgl.arrays import Array, Array32
 from simgl.errors import ConfigError
+from simgl.physics.frames import moved, norm
 from simgl.radiosity.incident_light import IncidentLight, incident_light
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import BodyState, CameraState, EarthState, SceneState
@@ -51,6 +53,14 @@ class SpacecraftView:
     air: AirSegment | None = None
     motion: PoseMotion | None = None
 
+    @cached_property
+    def sky_from_camera(self) -> Array:
+        """(4, 4) turns directions to the axes of its sky; 1 where there is none."""
+        matrix = np.eye(4)
+        if self.sky is not None:
+            matrix[:3, :3] = self.sky.R_sky_from_body @ self.camera_from_body[:3, :3].T
+        return matrix
+
 
 def _float32(values: Array) -> Array32:
     return np.asarray(values, dtype=np.float32)
@@ -64,7 +74,7 @@ def _hidden_by_earth(earth: EarthState | None, camera: Array, body: Array) -> bo
     start = (earth.R_itrf_from_icrf @ (camera - earth.position)) / radii
     line = (earth.R_itrf_from_icrf @ (body - camera)) / radii
     nearest = np.clip(-np.dot(start, line) / np.dot(line, line), 0.0, 1.0)
-    return bool(np.linalg.norm(start + nearest * line) < 1.0)
+    return bool(norm(start + nearest * line) < 1.0)
 
 
 def _refuse_inside(camera: CameraState, name: str, body: BodyState) -> None:
@@ -126,7 +136,7 @@ def hull_in_camera(view: SpacecraftView) -> Array:
     if view.motion is not None:
         return view.motion.moved(hull)
     m = view.camera_from_body.astype(np.float64)
-    return hull @ m[:3, :3].T + m[:3, 3]
+    return moved(hull, m[:3, :3], m[:3, 3])
 
 
 def hulls_at_the_ends(view: SpacecraftView) -> tuple[Array, Array]:

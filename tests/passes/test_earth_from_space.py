@@ -105,9 +105,11 @@ def test_tiles_leave_out_only_what_none_of_their_pixels_shows(
     sun = tilted_sun(place, 40.0, 240.0)
     known = oblique(gl, place, 30.0, sun, {})
 
-    def of_nothing_known(planets: Any, k: Any, size: Any, cells: Any, *, noise: bool) -> Any:
+    def of_nothing_known(
+        planet: Any, turns: Any, k: Any, size: Any, cells: Any, **rest: Any
+    ) -> Any:
         assert cells is not None
-        return ground_tiles(planets, k, size, noise=noise)
+        return ground_tiles(planet, turns, k, size, **rest)
 
     monkeypatch.setattr("simgl.passes.background.planet.ground_tiles", of_nothing_known)
     unknown = oblique(gl, place, 30.0, sun, {})

@@ -53,7 +53,9 @@ def test_ground_and_air_lie_inside_their_tiles(
     on_ground = (od < 0.0) & (od * od > dd * planet.outside)
     reach = (1.0 + AIR_TOP / planet.earth.equatorial_radius) ** 2 - 1.0
     in_air = (planet.outside < reach) | ((od < 0.0) & (od * od > dd * (planet.outside - reach)))
-    tiles = ground_tiles([planet], k, SIZE).in_light_of(planet.sun_direction_itrf)
+    tiles = ground_tiles(planet, [planet.sphere_from_camera], k, SIZE).in_light_of(
+        planet.sun_direction_itrf
+    )
 
     def pixels(mask: Array) -> Array:
         return mask[0].repeat(TILE, axis=0).repeat(TILE, axis=1)[: SIZE[1], : SIZE[0]]

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import moderngl
 import numpy as np
 
+from simgl.arrays import Array
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import all_or_nothing, release_all
@@ -36,7 +37,7 @@ from simgl.passes.background.air_tables import AIR, medium_defines
 from simgl.passes.background.earth_air import PAIRS, AirTables, EarthAir, medium_samplers
 from simgl.passes.shared_blocks import AirBetween
 from simgl.physics.air_profile import AIR_TOP
-from simgl.physics.frames import angle_between
+from simgl.physics.frames import angle_between, norm
 from simgl.progress import ProgressCallback
 from simgl.scene.earth import Earth
 from simgl.view.aerial_perspective import AirSegment
@@ -138,12 +139,13 @@ class AtmospherePass:
         key = kind, *place, planet.sun_direction_itrf.tobytes()
         if self._last is None or self._last[0] != key:
             tables = self._tables_of(kind)
-            height, angle = planet.height, _sun_angle(planet)
+            height, sun = planet.height, _sun_in_sphere(planet)
+            angle = angle_between(planet.camera_in_sphere.astype(np.float64), sun)
             nodes = self._nodes.of(kind, height, moonlit=planet.moonlit)
             self._angles[planet.moonlit] = angle
             light = self._light(tables, nodes, height, angle)
             self._last = None
-            self._view.write(_values_of(planet, kind.radius, height, angle))
+            self._view.write(_values_of(planet, sun, kind.radius, height, angle))
             shared = (tables.textures[name] for name in AIR_SAMPLERS[:2])
             of_view = *light.textures, *nodes.transmittance.textures
             pairs = tables.textures.get(PAIRS)
@@ -205,8 +207,8 @@ class AtmospherePass:
         return self._views.get(key, lambda: self._draw_mixed(tables, nodes, angle))
 
     def _draw_mixed(self, tables: AirTables, nodes: Nodes, angle: float) -> ImageTarget:
-        self._nodes.fill(tables, nodes, angle)
         weights, indices = nodes.mixture(angle)
+        self._nodes.fill(tables, nodes, indices)
         while self._unused and self._unused[-1].size[1] != nodes.rows:
             release_all(self._ctx, self._unused.pop())
         target = self._unused.pop() if self._unused else new_table(self._ctx, nodes.rows)
@@ -241,28 +243,27 @@ def _kind_of(earth: Earth) -> EarthAir | None:
     return EarthAir(air=earth.air, radius=earth.equatorial_radius, albedo=earth.mean_albedo)
 
 
-def _sun_in_sphere(planet: PlanetView) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+def _sun_in_sphere(planet: PlanetView) -> Array:
     """Unit direction towards the Sun, stretched like everything in sphere space."""
     radii = np.array(planet.earth.radii)
     stretched = radii[0] / radii * planet.sun_direction_itrf.astype(np.float64)
-    return stretched / np.linalg.norm(stretched)
+    return stretched / norm(stretched)
 
 
-def _sun_angle(planet: PlanetView) -> float:
-    """From the camera's zenith, in sphere space [rad]."""
-    return angle_between(planet.camera_in_sphere.astype(np.float64), _sun_in_sphere(planet))
+def _values_of(
+    planet: PlanetView, sun: Array, radius: float, height: float, angle: float
+) -> dict[str, object]:
+    """The block as an image reads it: its own horizon, the table's layout.
 
-
-def _values_of(planet: PlanetView, radius: float, height: float, angle: float) -> dict[str, object]:
-    """The block as an image reads it: its own horizon, the table's layout."""
+    sun : (3,) unit towards it, and its angle from the zenith of the camera, in sphere space
+    """
     place = planet.camera_in_sphere.astype(np.float64)
-    up = place / np.linalg.norm(place)
-    sun = _sun_in_sphere(planet)
+    up = place / norm(place)
     side = sun - np.dot(sun, up) * up
-    length = float(np.linalg.norm(side))
+    length = norm(side)
     if length < 1e-9:
         side = np.cross(up, np.eye(3)[int(np.argmin(np.abs(up)))])
-        length = float(np.linalg.norm(side))
+        length = norm(side)
     reach = AIR_TOP * (2.0 * radius + AIR_TOP) / radius**2
     return view_values(radius, height, angle) | {
         "camera_up": (*up, 0.0),

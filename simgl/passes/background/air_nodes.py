@@ -37,6 +37,7 @@ _HEIGHT_STEP, _NODE_STEP = 2.0**-10, 2.0**-8
 _WIDER, _LOW_SUN, _BLEND = 8.0, np.radians(75.0), np.radians(3.0)
 # Parts of a table's rows, and the nodes of each that are cached, in turns.
 PARTS, SLOTS = 16, 8
+_NO_NODE = np.iinfo(np.int64).min
 # Of nodes that are cached: those of a camera, and of spacecraft near it, by the Sun and the Moon.
 HEIGHTS = 8
 
@@ -46,7 +47,7 @@ class Nodes:
     """Tables of one height: of light at the nodes that the Sun has passed last.
 
     light : ``SLOTS`` tables, one under the other
-    cached : index of the node whose rows a part has in a slot
+    cached : (parts, slots) index of the node whose rows a part has in a slot, or ``_NO_NODE``
     transmitting : parts of the transmittance that are marched
     """
 
@@ -55,7 +56,7 @@ class Nodes:
     inside: bool
     transmittance: ImageTarget
     light: ImageTarget
-    cached: dict[tuple[int, int], int] = field(default_factory=dict)
+    cached: IndexArray = field(default_factory=lambda: np.full((PARTS, SLOTS), _NO_NODE))
     transmitting: set[int] = field(default_factory=set)
 
     @property
@@ -73,16 +74,18 @@ class Nodes:
         places = _node_place(angle, self.height) - np.arange(PARTS) / PARTS
         below = np.floor(places)
         indices = below[:, None].astype(np.int64) + np.arange(-1, 3)
-        return np.array([_node_weights(x) for x in (places - below).tolist()]), indices
+        return _node_weights(places - below), indices
 
-    def missing(self, angle: float) -> list[tuple[int, int | None]]:
-        """Parts to be marched for an angle: of the transmittance, None, and of nodes."""
+    def missing(self, indices: IndexArray) -> list[tuple[int, int | None]]:
+        """Parts to be marched for the nodes of a mixture: of the transmittance, None, and of
+        nodes."""
         parts: list[tuple[int, int | None]] = [
             (part, None) for part in range(PARTS) if part not in self.transmitting
         ]
-        _, indices = self.mixture(angle)
-        for part, of_part in enumerate(indices.tolist()):
-            parts += [(part, i) for i in of_part if self.cached.get((part, i % SLOTS)) != i]
+        there = self.cached[np.arange(PARTS)[:, None], indices % SLOTS] == indices
+        if not there.all():
+            rows, nodes = np.nonzero(~there)
+            parts += zip(rows.tolist(), indices[rows, nodes].tolist(), strict=True)
         return parts
 
 
@@ -124,9 +127,9 @@ class AirNodes:
 
         return self._nodes.get((kind, step, inside, moonlit), made)
 
-    def fill(self, tables: AirTables, nodes: Nodes, angle: float) -> None:
-        """March what an angle of the Sun needs."""
-        for part, index in nodes.missing(angle):
+    def fill(self, tables: AirTables, nodes: Nodes, indices: IndexArray) -> None:
+        """March what the nodes of a mixture lack."""
+        for part, index in nodes.missing(indices):
             self._fill_part(tables, nodes, part, index)
 
     def fill_ahead(
@@ -138,7 +141,11 @@ class AirNodes:
         """
         height = exp(step.index * _HEIGHT_STEP)
         wanted = [(self.of(kind, height, moonlit=m), angle) for m, angle in angles.items()]
-        missing = [(nodes, part) for nodes, angle in wanted for part in nodes.missing(angle)]
+        missing = [
+            (nodes, part)
+            for nodes, angle in wanted
+            for part in nodes.missing(nodes.mixture(angle)[1])
+        ]
         for nodes, (part, index) in missing[: step.due(len(missing))]:
             self._fill_part(tables, nodes, part, index)
 
@@ -153,7 +160,7 @@ class AirNodes:
             nodes.transmitting.add(part)
             return
         slot = index % SLOTS
-        nodes.cached.pop((part, slot), None)
+        nodes.cached[part, slot] = _NO_NODE
         angle = _node_angle(index + part / PARTS, nodes.height)
         above = slot * nodes.rows
         values = view_values(radius, nodes.height, angle) | {"first_row": -above}
@@ -210,14 +217,16 @@ def _node_angle(place: float, height: float) -> float:
         angle = nearer
 
 
-def _node_weights(x: float) -> tuple[float, float, float, float]:
-    """Of four nodes at -1, 0, 1 and 2, in the cubic through them."""
-    return (
-        -x * (x - 1.0) * (x - 2.0) / 6.0,
-        (x + 1.0) * (x - 1.0) * (x - 2.0) / 2.0,
-        -(x + 1.0) * x * (x - 2.0) / 2.0,
-        (x + 1.0) * x * (x - 1.0) / 6.0,
-    )
+def _node_weights(x: Array) -> Array:
+    """(n, 4) of four nodes at -1, 0, 1 and 2, in the cubic through them at each place (n,)."""
+    before, after, last = x + 1.0, x - 1.0, x - 2.0
+    weights = [
+        -x * after * last / 6.0,
+        before * after * last / 2.0,
+        -before * x * last / 2.0,
+        before * x * after / 6.0,
+    ]
+    return np.stack(weights, axis=1)
 
 
 def view_values(radius: float, height: float, angle: float) -> dict[str, object]:

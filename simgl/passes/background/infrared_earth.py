@@ -10,7 +10,12 @@ from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
 from simgl.passes.background.earth_textures import WEATHER, Weather
-from simgl.passes.background.planet_blocks import PLANET, image_values, planet_values
+from simgl.passes.background.planet_blocks import (
+    PLANET,
+    earth_values,
+    image_values,
+    planet_values,
+)
 from simgl.physics.earth_infrared import shader_values
 from simgl.thermal.infrared_surroundings import InfraredSurroundings
 from simgl.view.background import Background
@@ -83,9 +88,10 @@ class InfraredEarthPass:
             target.clear(*surroundings.space, 0.0, 0.0, viewport=area)
             return
         maps = _WITHOUT_MAPS if weather is None else weather.of_block
-        values = planet_values(planet, background.sun_angular_radius, lamps=False)
-        image = image_values(background.intrinsics, [planet], [area], target.size)
-        self._planet.write({**values, **maps}, image)
+        values = planet_values(planet, background.sun_angular_radius)
+        turns = [planet.sphere_from_camera]
+        image = image_values(background.intrinsics, turns, [area], target.size)
+        self._planet.write({**values, **maps}, image, earth_values(planet.earth, lamps=False))
         self._planet.bind()
         climate = shader_values(earth.day, planet.earth.equatorial_radius, earth.everywhere)
         self._program_for(weather is not None).draw(

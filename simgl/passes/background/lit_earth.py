@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import moderngl
 
+from simgl.arrays import Array32
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.view.background import Background, Moonlight, PlanetView
@@ -19,23 +20,20 @@ _FAR = 6e3
 class LitEarth:
     """The Earth in the light of the Sun or of the Moon, and where images of it are drawn.
 
-    planets : of each image, from one place; with the Moon in the Sun's place for moonlight
+    planet : before the first image; with the Moon in the Sun's place for moonlight
+    turns : its ``sphere_from_camera`` before each image, from one place
     background : of the first image; of the others it has the size and the Sun
     areas : x, y, width, height of the target's rectangle of each [pixels]
     block : of the uniforms of this light, with a slot for each image
     """
 
-    planets: tuple[PlanetView, ...]
+    planet: PlanetView
+    turns: tuple[Array32, ...]
     background: Background
     target: moderngl.Framebuffer
     areas: tuple[Box, ...]
     state: State
     block: UniformBuffer
-
-    @property
-    def planet(self) -> PlanetView:
-        """Of the first image: what they have in common."""
-        return self.planets[0]
 
     @property
     def mapped(self) -> bool:
@@ -54,5 +52,4 @@ class LitEarth:
 
     def by_moon(self, moon: Moonlight, state: State, block: UniformBuffer) -> LitEarth:
         """The same in moonlight."""
-        planets = tuple(planet.in_moonlight(moon) for planet in self.planets)
-        return replace(self, planets=planets, state=state, block=block)
+        return replace(self, planet=self.planet.in_moonlight(moon), state=state, block=block)

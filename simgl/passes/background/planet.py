@@ -33,6 +33,7 @@ from simgl.passes.background.planet_blocks import (
     PLANET,
     REGOLITH,
     aurora_values,
+    earth_values,
     ground_band_values,
     image_values,
     planet_values,
@@ -164,7 +165,8 @@ class PlanetPass:
         areas: Sequence[Box],
     ) -> LitEarth:
         return LitEarth(
-            planets=tuple(planets),
+            planet=planets[0],
+            turns=tuple(planet.sphere_from_camera for planet in planets),
             background=background,
             target=target,
             areas=tuple(areas),
@@ -177,7 +179,7 @@ class PlanetPass:
             self._textures.of(lit.planet.earth)
         cells = self._textures.cells if lit.mapped else None
         intrinsics, size = lit.background.intrinsics, lit.areas[0][2:]
-        return ground_tiles(lit.planets, intrinsics, size, cells, noise=not lit.far)
+        return ground_tiles(lit.planet, lit.turns, intrinsics, size, cells, noise=not lit.far)
 
     def _draw_earths(self, sunlit: LitEarth, hidden: Mask | None = None) -> None:
         """Images in sunlight and, where it is night, moonlight.
@@ -185,19 +187,21 @@ class PlanetPass:
         hidden : tiles of which nothing is seen in any of them
         """
         planet, ground = sunlit.planet, self._ground(sunlit)
-        seen = np.ones((1, 1), dtype=bool) if hidden is None else ~hidden
-        tiles = ground.in_light_of(planet.sun_direction_itrf).within(seen)
+        tiles = ground.in_light_of(planet.sun_direction_itrf)
+        if hidden is not None:
+            tiles = tiles.within(~hidden)
         self._draw_lit(sunlit, tiles)
-        if planet.earth.airglow:
-            self._draw_glow(tiles.within(tiles.low < DARK), sunlit)
-        if planet.earth.aurora_kp is not None and (tiles.any & (tiles.low < DARK)).any():
+        dark = tiles.any & (tiles.low < DARK)
+        if planet.earth.airglow and dark.any():
+            self._draw_glow(tiles.within(dark), sunlit)
+        if planet.earth.aurora_kp is not None and dark.any():
             self._draw_aurora(tiles, sunlit, planet.earth.aurora_kp)
         below = planet.earth.clouds is not None and planet.height < planet.earth.clouds.height
         night = tiles.any & (tiles.low < moonlit_below(planet))
         moonlit = None
         if planet.moonlight is not None and night.any():
             moonlit = sunlit.by_moon(planet.moonlight, self.more, self._moon_block)
-            by_moon = ground.in_light_of(moonlit.planet.sun_direction_itrf).within(seen)
+            by_moon = ground.in_light_of(moonlit.planet.sun_direction_itrf)
             self._draw_lit(moonlit, by_moon, night)
         if below:
             self._draw_ceiling(tiles, replace(sunlit, state=self.before))
@@ -248,9 +252,9 @@ class PlanetPass:
         if lit.planet.earth.bands != BANDS:
             self._bind_bands(lit, air)
         seen = lit.background
-        images = image_values(seen.intrinsics, lit.planets, lit.areas, lit.target.size)
-        values = planet_values(lit.planet, seen.sun_angular_radius, lamps=lamps)
-        lit.block.write(values | self._textures.of_block, images)
+        images = image_values(seen.intrinsics, lit.turns, lit.areas, lit.target.size)
+        values = planet_values(lit.planet, seen.sun_angular_radius) | self._textures.of_block
+        lit.block.write(values, images, earth_values(lit.planet.earth, lamps=lamps))
 
     def _bind_bands(self, lit: LitEarth, air: AirBefore | None) -> None:
         """What only an Earth in bands of a scenario reads."""

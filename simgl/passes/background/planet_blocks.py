@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -235,15 +235,25 @@ def _glow(planet: PlanetView) -> Array:
     return each * zenith_glow(from_below=below, bands=bands) * planet.earth.airglow
 
 
+@lru_cache(maxsize=8)
+def _glow_layers(earth: Earth) -> Array:
+    """(2, 4) bottom and top of the airglow's layers, in Earth radii."""
+    bottom = glow_bottom(earth.bands)
+    return np.stack([bottom, bottom + GLOW_DEPTH]) / earth.equatorial_radius
+
+
 def image_values(
     intrinsics: Array32,
-    planets: Sequence[PlanetView],
+    turns: Sequence[Array32],
     areas: Sequence[Box],
     target_size: tuple[int, int],
 ) -> dict[str, AnyArray]:
-    """What the block holds of each of some images that one pinhole draws from one place."""
-    matrix = np.zeros((len(planets), 4, 4), dtype=np.float32)
-    matrix[:, :3, :3] = [planet.sphere_from_camera for planet in planets]
+    """What the block holds of each of some images that one pinhole draws from one place.
+
+    turns : ``PlanetView.sphere_from_camera`` of each
+    """
+    matrix = np.zeros((len(turns), 4, 4), dtype=np.float32)
+    matrix[:, :3, :3] = turns
     width, height = target_size
     fx, fy, cx, cy = (intrinsics[place] for place in ((0, 0), (1, 1), (0, 2), (1, 2)))
     return {
@@ -253,23 +263,17 @@ def image_values(
     }
 
 
-def planet_values(
-    planet: PlanetView, sun_angular_radius: float, *, lamps: bool
-) -> dict[str, object]:
-    """What the block of a light holds of all of them; lamps : whether cities shine."""
+def planet_values(planet: PlanetView, sun_angular_radius: float) -> dict[str, object]:
+    """What the block of a light holds of all of them, besides ``earth_values``."""
     earth, clouds = planet.earth, planet.earth.clouds
     cloud_height = clouds.height / earth.equatorial_radius if clouds else 0.0
-    bottom = glow_bottom(earth.bands)
-    layers = np.stack([bottom, bottom + GLOW_DEPTH]) / earth.equatorial_radius
-    of_earth = _earth_values(earth)
-    return of_earth | {
+    layers = _glow_layers(earth)
+    return {
         "camera_in_sphere": (*planet.camera_in_sphere, 0.0),
         "sun_direction_itrf": (*planet.sun_direction_itrf, 0.0),
         "earth_sun_irradiance": planet.sun_irradiance,
         "ice_reflectance": ice_reflectance(planet.year_share, earth.bands),
         "year_share": planet.year_share,
-        "sodium_lamps": of_earth["sodium_lamps"] * lamps,
-        "white_lamps": of_earth["white_lamps"] * lamps,
         "glow": _glow(planet),
         "glow_outside": planet.outside - layers * (2.0 + layers),
         "outside": planet.outside,
@@ -279,9 +283,10 @@ def planet_values(
     }
 
 
-@lru_cache(maxsize=8)
-def _earth_values(earth: Earth) -> dict[str, Any]:
-    """What the block holds of an Earth from everywhere in any light."""
+@lru_cache(maxsize=16)
+def earth_values(earth: Earth, *, lamps: bool) -> Mapping[str, Any]:
+    """What the block holds of an Earth from everywhere in any light; lamps : whether cities
+    shine."""
     radii, clouds = np.array(earth.radii), earth.clouds
     return {
         "sphere_axes": (*(radii[0] / radii), 0.0),
@@ -294,8 +299,8 @@ def _earth_values(earth: Earth) -> dict[str, Any]:
         "glow_waves": earth.airglow_waves,
         "wind_varies": float(earth.wind_varies),
         "glow_depth_km": 1e-3 * GLOW_DEPTH,
-        "sodium_lamps": _lamps(_SODIUM_LAMPS, earth.bands),
-        "white_lamps": _lamps(_WHITE_LAMPS, earth.bands),
+        "sodium_lamps": _lamps(_SODIUM_LAMPS, earth.bands) * lamps,
+        "white_lamps": _lamps(_WHITE_LAMPS, earth.bands) * lamps,
         "glow_irradiance": ground_irradiance(radii[0], earth.bands) * earth.airglow,
         "map_texel_km": MAP_TEXEL * radii[0] * 1e-3,
         "chart_texel_km": TEXEL_KM,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import chain, pairwise
 
 import numpy as np
 
@@ -158,14 +158,16 @@ def lights_and_seasons(
     ground: Mask, dark: Mask, tiles: BackgroundTiles
 ) -> Iterator[tuple[tuple[str, ...], Mask]]:
     """Tiles that are found by pixels in masks, with what their shader knows of them."""
-    frosted, glint = tiles.known.frosted, tiles.glint
-    for night in (), ("NIGHT",):
-        for frost in (), ("FROST",):
-            for shining in (), ("GLINT",):
-                mask = ground & (dark if night else ~dark) & (frosted if frost else ~frosted)
-                mask &= glint if shining else ~glint
-                if mask.any():
-                    yield (*night, *frost, *shining), mask
+    bits = _bits([tiles.glint, tiles.known.frosted, dark])
+    for value in np.flatnonzero(np.bincount(bits[ground])).tolist():
+        names = ("NIGHT",) * (value >> 2), ("FROST",) * (value >> 1 & 1), ("GLINT",) * (value & 1)
+        yield tuple(chain(*names)), ground & (bits == value)
+
+
+def _bits(masks: Sequence[Mask]) -> IndexArray:
+    """Of up to 16 masks a bit each, the lowest of the first."""
+    low, *high = np.packbits(np.stack(masks), axis=0, bitorder="little").astype(np.int64)
+    return low | high[0] << 8 if high else low
 
 
 def kinds_at_corners(
@@ -198,9 +200,7 @@ def kinds_at_corners(
         "RELIEF_AT_CORNERS": land & level,
     }
     seen = tiles.even | tiles.finer
-    bits = np.zeros(seen.shape, dtype=np.int64)
-    for bit, of_kind in enumerate(kinds.values()):
-        bits |= of_kind.astype(np.int64) << bit
+    bits = _bits(list(kinds.values()))
     present = np.bincount(bits[seen], minlength=1 << len(kinds)) > 0
     names = [
         tuple(kind for bit, kind in enumerate(kinds) if value >> bit & 1)

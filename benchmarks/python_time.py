@@ -1,0 +1,59 @@
+"""``GALLIUM_NOOP=1 python -m benchmarks.python_time``: CPU time of the main thread per frame.
+
+Mesa's driver "noop" draws nothing: what is left is Python, numpy, moderngl and Mesa's own part, on
+the way that a frame takes on a GPU. What is read back is undefined, but for the number of shading
+points, which is set here.
+"""
+
+from __future__ import annotations
+
+import time
+from unittest.mock import patch
+
+import moderngl
+import numpy as np
+
+from simgl import Simulator, load_scenario
+from simgl.arrays import AnyArray, Mask
+from simgl.bench.scenes import bench_scenes
+from simgl.passes.gbuffer import GBufferPass
+
+# All that run on whatever is read back; frames before those that count, and those.
+_SCENES = (
+    *("source_600", "bay_1280", "docking_3m", "docking_20m"),
+    *("square_2048", "camera_1280", "four_cameras", "earth_1280"),
+)
+_BEFORE, _FRAMES, _STEP_NS = 8, 40, 100_000_000
+_read_counts = GBufferPass._page_counts
+
+
+def _page_counts(
+    geometry: GBufferPass, groups: moderngl.Texture, blocks: tuple[int, int]
+) -> tuple[AnyArray, Mask]:
+    """A third of a tile's blocks have points, on two pages each, whatever is read back."""
+    _read_counts(geometry, groups, blocks)
+    y, x = (np.linspace(-0.5, 0.5, n) for n in blocks[::-1])
+    seen = y[:, None] ** 2 + x**2 < 0.1
+    return 2 * seen.astype(np.uint8), ~seen
+
+
+def main_thread_ms(name: str) -> float:
+    """10th percentile over frames of a scene, for other work on the machine only adds [ms]."""
+    scene, times = bench_scenes()[name], []
+    scenario = load_scenario(scene.path)
+    with Simulator(scenario) as simulator:
+        if "NOOP" not in simulator.renderer_name:
+            raise SystemExit(f"set GALLIUM_NOOP=1: {simulator.renderer_name} draws")
+        for frame in range(_BEFORE + _FRAMES):
+            start = time.thread_time()
+            state = scenario.at(scenario.epoch_tai_ns + frame * _STEP_NS)
+            for camera in scene.cameras(list(scenario.cameras), frame):
+                simulator.capture(state, camera)
+            times.append(1e3 * (time.thread_time() - start))
+    return float(np.percentile(times[_BEFORE:], 10))
+
+
+if __name__ == "__main__":
+    with patch.object(GBufferPass, "_page_counts", _page_counts):
+        for one in _SCENES:
+            print(f"{one} {main_thread_ms(one):.1f} ms", flush=True)
