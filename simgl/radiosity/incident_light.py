@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from simgl.arrays import Array
-from simgl.radiosity.solver import Blocker, SpotLight
+from simgl.radiosity.lamp_light import SpotLight
+from simgl.radiosity.solver import Blocker
 from simgl.rays import ray_tracer
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import BodyState, SceneState

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
-from simgl.arrays import Array32, IndexArray, Mask
+from simgl.arrays import Array, Array32, IndexArray, Mask
 from simgl.environment_map import SkyRadiance
 from simgl.radiosity.sky_cells import sky_cells
 from simgl.rays import AnyRayTracer, RayTracer
@@ -218,6 +218,12 @@ class LightTransport:
         low, high = self.points.min(axis=1), self.points.max(axis=1)
         # What float32 may leave outside is far below a millimetre.
         return 0.5 * (low + high), 0.5 * np.linalg.norm(high - low, axis=1) + np.float32(1e-3)
+
+    @cached_property
+    def box(self) -> tuple[Array, Array]:
+        """(3,) lowest and highest corner of the box around the body [m]."""
+        places = self.mesh.positions
+        return places.min(axis=0).astype(np.float64), places.max(axis=0).astype(np.float64)
 
     @cached_property
     def few_points(self) -> FewPoints:

@@ -10,6 +10,7 @@ from simgl.arrays import Array32
 from simgl.environment_map import SkyRadiance
 from simgl.lru_cache import MANY, LruCache
 from simgl.radiosity.incident_light import IncidentLight, Neighbour
+from simgl.radiosity.lamp_light import LampLight
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.posed_transport import PosedTransport
 from simgl.radiosity.precomputed_response import (
@@ -18,7 +19,7 @@ from simgl.radiosity.precomputed_response import (
     GatheredSunlight,
     PrecomputedResponse,
 )
-from simgl.radiosity.solver import Reflectors, lamp_irradiance, radiosity, reflectors
+from simgl.radiosity.solver import Reflectors, radiosity, reflectors
 from simgl.radiosity.sunlit_patches import SunlitPatches
 from simgl.radiosity.transport_store import MAX_BYTES
 from simgl.scene.mean_materials import mean_materials
@@ -35,6 +36,7 @@ class _Surface:
     reflectors: Reflectors
     response: PrecomputedResponse
     sunlit: SunlitPatches
+    lamps: LampLight
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -138,7 +140,7 @@ class PatchLight:
         self, surface: _Surface, transport: LightTransport, incident: IncidentLight
     ) -> Array32 | None:
         """The exitance of ``BesidesSky``."""
-        irradiance = self._of_lamps(transport, incident)
+        irradiance = self._of_lamps(surface, incident)
         if incident.before_sun and incident.sun_irradiance.any():
             cosines = self._hidden_cosines(surface.sunlit, transport, incident)
             irradiance -= cosines[:, None] * incident.sun_irradiance.astype(np.float32)
@@ -172,7 +174,7 @@ class PatchLight:
         if cells is not None:
             # Rays follow the cosine: each stands for pi over their number.
             irradiance += np.float32(np.pi) * (transport.sky @ cells)
-        irradiance += self._of_lamps(transport, incident)
+        irradiance += self._of_lamps(surface, incident)
         emitted = surface.reflectors.exitance + surface.reflectors.albedo * irradiance
         return radiosity(transport, surface.reflectors, emitted)
 
@@ -215,13 +217,13 @@ class PatchLight:
         return cosines
 
     @staticmethod
-    def _of_lamps(transport: LightTransport, incident: IncidentLight) -> Array32:
+    def _of_lamps(surface: _Surface, incident: IncidentLight) -> Array32:
         """(p, 4) irradiance of the patches by all lamps [W m-2]."""
-        irradiance = np.zeros((len(transport.areas), 4), dtype=np.float32)
+        irradiance = np.zeros_like(surface.reflectors.albedo)
         if incident.lamps:
             blockers = [neighbour.blocker() for neighbour in incident.around]
             for lamp in incident.lamps:
-                irradiance += lamp_irradiance(transport, lamp, blockers)
+                irradiance += surface.lamps.irradiance(lamp, blockers)
         return irradiance
 
     def response(self, model: SpacecraftModel, transport: LightTransport) -> PrecomputedResponse:
@@ -238,7 +240,8 @@ class PatchLight:
         def precomputed() -> _Surface:
             surface, sunlit = reflectors(transport, mean_materials(model)), SunlitPatches(transport)
             response = PrecomputedResponse(transport, surface, sunlit)
-            return _Surface(reflectors=surface, response=response, sunlit=sunlit)
+            lamps = LampLight(transport)
+            return _Surface(reflectors=surface, response=response, sunlit=sunlit, lamps=lamps)
 
         # They hold the transport, which may have left its own cache.
         size = transport.nbytes + len(transport.areas) * BYTES_OF_PATCH

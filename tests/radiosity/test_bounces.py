@@ -10,12 +10,11 @@ from scipy import sparse
 
 from simgl.arrays import Array32
 from simgl.radiosity.hemisphere import SKY_CELLS
+from simgl.radiosity.lamp_light import LampLight, SpotLight
 from simgl.radiosity.precomputed_response import PrecomputedResponse
 from simgl.radiosity.solver import (
     RESIDUAL,
     Blocker,
-    SpotLight,
-    lamp_irradiance,
     radiosity,
     reflectors,
 )
@@ -88,7 +87,7 @@ LAMP = SpotLight(
 
 def test_a_lamp_lights_patches_by_the_inverse_square_within_its_cone() -> None:
     transport = open_box()
-    found = lamp_irradiance(transport, LAMP)
+    found = LampLight(transport).irradiance(LAMP)
     # Every second sample point of a patch stands for it.
     points = transport.points[:, ::2]
     offset = np.linalg.norm(points[..., :2] - [1.0, 0.5], axis=2)
@@ -117,9 +116,9 @@ def test_a_body_hides_a_lamp_from_before_it_and_not_from_behind() -> None:
             radius=square.radius,
             hull=square.hull,
         )
-        return lamp_irradiance(transport, LAMP, [blocker])
+        return LampLight(transport).irradiance(LAMP, [blocker])
 
-    free = lamp_irradiance(transport, LAMP)
+    free = LampLight(transport).irradiance(LAMP)
     assert free.max() > 0.0
     np.testing.assert_array_equal(lit_past_a_square_at(0.95), free)
     # The lamp's own housing, within 1 cm.
