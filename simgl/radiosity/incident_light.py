@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from simgl.arrays import Array
 from simgl.radiosity.lamp_light import SpotLight
+from simgl.radiosity.pose_steps import (
+    direction_without_noise,
+    in_steps,
+    place_without_noise,
+    without_noise,
+)
 from simgl.radiosity.solver import Blocker
 from simgl.rays import ray_tracer
 from simgl.scene.spacecraft import SpacecraftModel
@@ -34,6 +40,15 @@ class Neighbour:
     model: SpacecraftModel
     other_from_body: Array
     near: bool
+
+    @property
+    def key(self) -> tuple[Hashable, ...]:
+        """Equal for equal bodies that stand alike."""
+        return self.model.posed_mesh.digest, self.other_from_body.tobytes()
+
+    def in_steps(self, reach: float, step: float) -> Neighbour:
+        """The same at a pose in steps, as of ``pose_steps.in_steps``."""
+        return replace(self, other_from_body=in_steps(self.other_from_body, reach, step))
 
     def blocker(self) -> Blocker:
         """The same, ready for rays."""
@@ -92,16 +107,7 @@ class IncidentLight:
                 for shades, others in ((True, self.before_sun), (False, self.around))
                 for other in others
             ),
-            *(
-                (
-                    lamp.place.tobytes(),
-                    lamp.axis.tobytes(),
-                    lamp.half_angle,
-                    lamp.edge,
-                    lamp.intensity.tobytes(),
-                )
-                for lamp in self.lamps
-            ),
+            *((lamp.beam, lamp.intensity.tobytes()) for lamp in self.lamps),
         )
 
 
@@ -125,6 +131,7 @@ def incident_light(state: SceneState, body: BodyState) -> IncidentLight:
         matrix[:3, :3] = R
         matrix[:3, 3] = other.pose.R_icrf_from_body.T @ (pose.position - other.pose.position)
         # Its bounding sphere, moved along the light, meets the body's.
+        matrix = without_noise(matrix)
         offset = R.T @ (other.model.posed_mesh.centre - matrix[:3, 3]) - mesh.centre
         reach = other.model.posed_mesh.radius + mesh.radius
         gap = max(float(np.linalg.norm(offset)) - reach, 0.0)
@@ -143,8 +150,8 @@ def incident_light(state: SceneState, body: BodyState) -> IncidentLight:
         here = lamp.seen_from_body(pose)
         lamps.append(
             SpotLight(
-                place=here.position,
-                axis=here.direction,
+                place=place_without_noise(here.position),
+                axis=direction_without_noise(here.direction),
                 half_angle=here.lamp.half_angle,
                 edge=here.lamp.edge,
                 intensity=here.lamp.intensity,

@@ -7,7 +7,7 @@ body comes to a new one every few frames. All else is that of the lamp's own pla
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,6 +42,11 @@ class SpotLight:
     edge: float
     intensity: Array
 
+    @property
+    def beam(self) -> tuple[Hashable, ...]:
+        """Equal for lamps whose light differs by their intensity alone."""
+        return self.place.tobytes(), self.axis.tobytes(), self.half_angle, self.edge
+
 
 class LampLight:
     """The irradiance of the patches of a body by lamps.
@@ -58,6 +63,10 @@ class LampLight:
 
         blockers : other bodies, which may stand before the lamp
         """
+        return np.outer(self.of_one(lamp, blockers), lamp.intensity.astype(np.float32))
+
+    def of_one(self, lamp: SpotLight, blockers: Sequence[Blocker] = ()) -> Array32:
+        """(p,) the same of a lamp of 1 W sr-1."""
         points = self._transport.few_points
         place, axis = lamp.place.astype(np.float32), lamp.axis.astype(np.float32)
         # How far the lamp is above each point's plane. Most are turned away from it.
@@ -73,8 +82,7 @@ class LampLight:
         ways = np.ascontiguousarray(np.take(offset, lit, axis=1).T)
         seen *= power[lit] * ~_blocked(lamp, ways, distance[lit], blockers)
         total = np.bincount(points.patch[facing[lit]], seen, minlength=len(self._transport.areas))
-        mean = (total / points.count).astype(np.float32)
-        return np.outer(mean, lamp.intensity.astype(np.float32))
+        return np.asarray(total / points.count, dtype=np.float32)
 
     def seen(self, place: Array, chosen: IndexArray) -> Array32:
         """(k,) how far sample points see a place, but for other bodies: 0 to 1."""
@@ -141,8 +149,6 @@ def _blocked(
     # The lamp sits on its own craft: its housing, within 1 cm, does not count.
     ends = (1.0 - 0.01 / distances).astype(np.float32)
     for blocker in blockers:
-        if not _reaches_into(blocker, lamp):
-            continue
         turn, shift = blocker.other_from_body[:3, :3], blocker.other_from_body[:3, 3]
         rest = np.flatnonzero(~blocked)
         rays = np.take(ways, rest, axis=0) @ turn.T.astype(np.float32)
@@ -151,7 +157,7 @@ def _blocked(
     return blocked
 
 
-def _reaches_into(blocker: Blocker, lamp: SpotLight) -> bool:
+def reaches_into(blocker: Blocker, lamp: SpotLight) -> bool:
     """Whether any of a body lies before a lamp: none of what carries it does, as a rule."""
     if lamp.half_angle + lamp.edge >= 0.5 * np.pi:
         return True

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
-from simgl.arrays import Array32
+from simgl.arrays import Array, Array32
 from simgl.environment_map import SkyRadiance
 from simgl.lru_cache import MANY, LruCache
 from simgl.radiosity.incident_light import IncidentLight, Neighbour
-from simgl.radiosity.lamp_light import LampLight
+from simgl.radiosity.lamp_light import LampLight, SpotLight, reaches_into
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.posed_transport import PosedTransport
 from simgl.radiosity.precomputed_response import (
@@ -20,13 +22,17 @@ from simgl.radiosity.precomputed_response import (
     PrecomputedResponse,
 )
 from simgl.radiosity.solver import Reflectors, radiosity, reflectors
-from simgl.radiosity.sunlit_patches import SunlitPatches
+from simgl.radiosity.sunlit_patches import Node, SunlitPatches, grid_corners
 from simgl.radiosity.transport_store import MAX_BYTES
 from simgl.scene.mean_materials import mean_materials
 from simgl.scene.spacecraft import SpacecraftModel
 
 # Of some kilobytes each.
 _MAX_COSINES = 32
+# Shadows of other spacecraft are known again while those stand to the body as they do in steps of
+# so much of its radius, which is less than between two sample points of a patch, and of so much of
+# a radian, which is less than half of the Sun's width.
+_SHADOW_STEP = 1.0 / 256.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -62,8 +68,8 @@ class PatchLight:
 
     def __init__(self) -> None:
         self._surfaces = LruCache[tuple[object, ...], _Surface](MANY, max_bytes=MAX_BYTES)
-        self._cosines = LruCache[bytes, Array32](_MAX_COSINES)
-        self._hidden = LruCache[bytes, Array32](_MAX_COSINES)
+        self._cosines = LruCache[tuple[Hashable, ...], Array32](_MAX_COSINES)
+        self._hidden = LruCache[tuple[Hashable, ...], Array32](_MAX_COSINES)
 
     def reserve(self, bodies: int) -> None:
         """So many, the last ones, stay in memory whatever their size."""
@@ -140,11 +146,28 @@ class PatchLight:
         self, surface: _Surface, transport: LightTransport, incident: IncidentLight
     ) -> Array32 | None:
         """The exitance of ``BesidesSky``."""
-        irradiance = self._of_lamps(surface, incident)
+        fields: dict[Hashable, Callable[[], Array32]] = {}
+        shares: list[tuple[Hashable, Array]] = []
+        for lamp in incident.lamps:
+            before = _before_lamp(lamp, incident)
+            name: Hashable = (lamp.beam, *(other.key for other in before))
+            blockers = [other.blocker() for other in before]
+            fields[name] = partial(surface.lamps.of_one, lamp, blockers)
+            shares.append((name, lamp.intensity))
         if incident.before_sun and incident.sun_irradiance.any():
-            cosines = self._hidden_cosines(surface.sunlit, transport, incident)
-            irradiance -= cosines[:, None] * incident.sun_irradiance.astype(np.float32)
-        return surface.response.of_irradiance(irradiance) if np.any(irradiance) else None
+            before_sun = _before_sun(transport, incident)
+            for node, weight in grid_corners(incident.sun_direction):
+                name = (node, *(other.key for other in before_sun))
+                hidden = partial(self._hidden_at, surface.sunlit, transport, node, before_sun)
+                fields[name] = hidden
+                shares.append((name, -weight * incident.sun_irradiance))
+        if not fields:
+            return None
+        solved = surface.response.of_fields(fields)
+        exitance = np.zeros_like(surface.reflectors.albedo)
+        for name, share in shares:
+            exitance += solved[name] * share.astype(np.float32)
+        return exitance
 
     @staticmethod
     def _but_sunlight(
@@ -220,10 +243,9 @@ class PatchLight:
     def _of_lamps(surface: _Surface, incident: IncidentLight) -> Array32:
         """(p, 4) irradiance of the patches by all lamps [W m-2]."""
         irradiance = np.zeros_like(surface.reflectors.albedo)
-        if incident.lamps:
-            blockers = [neighbour.blocker() for neighbour in incident.around]
-            for lamp in incident.lamps:
-                irradiance += surface.lamps.irradiance(lamp, blockers)
+        for lamp in incident.lamps:
+            blockers = [other.blocker() for other in _before_lamp(lamp, incident)]
+            irradiance += surface.lamps.irradiance(lamp, blockers)
         return irradiance
 
     def response(self, model: SpacecraftModel, transport: LightTransport) -> PrecomputedResponse:
@@ -252,14 +274,27 @@ class PatchLight:
     def _hidden_cosines(
         self, sunlit: SunlitPatches, transport: LightTransport, incident: IncidentLight
     ) -> Array32:
-        """Of the Sun's light on the patches what other spacecraft take, likewise cached."""
+        """(p,) of the Sun's light on the patches what other spacecraft take."""
+        hidden = np.zeros(len(transport.areas), dtype=np.float32)
+        before_sun = _before_sun(transport, incident)
+        for node, weight in grid_corners(incident.sun_direction):
+            hidden += np.float32(weight) * self._hidden_at(sunlit, transport, node, before_sun)
+        return hidden
+
+    def _hidden_at(
+        self,
+        sunlit: SunlitPatches,
+        transport: LightTransport,
+        node: Node,
+        before_sun: Sequence[Neighbour],
+    ) -> Array32:
+        """The same of a Sun in a direction of the grid; traced again only where others move."""
 
         def traced() -> Array32:
-            blockers = [neighbour.blocker() for neighbour in incident.before_sun]
-            direction = incident.sun_direction
-            return sunlit.hidden(direction, sunlit.cosines(direction), blockers)
+            return sunlit.hidden(node, [neighbour.blocker() for neighbour in before_sun])
 
-        return self._hidden.get(_sun_key(transport, incident), traced)
+        key = transport.digest, node, *(neighbour.key for neighbour in before_sun)
+        return self._hidden.get(key, traced)
 
     def _sun_cosines(
         self, sunlit: SunlitPatches, transport: LightTransport, incident: IncidentLight
@@ -273,9 +308,17 @@ class PatchLight:
         return self._cosines.get(_sun_key(transport, incident), traced)
 
 
-def _sun_key(transport: LightTransport, incident: IncidentLight) -> bytes:
-    def place(neighbour: Neighbour) -> bytes:
-        return neighbour.model.posed_mesh.digest.encode() + neighbour.other_from_body.tobytes()
+def _before_sun(transport: LightTransport, incident: IncidentLight) -> list[Neighbour]:
+    """Spacecraft that may shade one from the Sun, in steps of their poses."""
+    reach = transport.mesh.radius
+    return [neighbour.in_steps(reach, _SHADOW_STEP) for neighbour in incident.before_sun]
 
-    parts = [transport.digest.encode(), incident.sun_direction.tobytes()]
-    return b"".join(parts + [place(n) for n in incident.before_sun])
+
+def _before_lamp(lamp: SpotLight, incident: IncidentLight) -> list[Neighbour]:
+    """Spacecraft that may stand before a lamp."""
+    return [other for other in incident.around if reaches_into(other.blocker(), lamp)]
+
+
+def _sun_key(transport: LightTransport, incident: IncidentLight) -> tuple[Hashable, ...]:
+    direction = incident.sun_direction.tobytes()
+    return transport.digest, direction, *(neighbour.key for neighbour in incident.before_sun)

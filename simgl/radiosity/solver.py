@@ -116,17 +116,6 @@ def radiosity(
     emitted : exitance before any bounce, of one light or of n separate ones; a light gets the same
         bits among others as by itself
     residual : what is left of the error of the first guess
-    """
-    return np.maximum(signed_radiosity(transport, surface, emitted, residual), 0.0)
-
-
-def signed_radiosity(
-    transport: LightTransport,
-    surface: Reflectors,
-    emitted: Array32,
-    residual: float = RESIDUAL,
-) -> Array32:
-    """The same of light some of which is taken away: of exitance of either sign.
 
     x = M x + c with Chebyshev's acceleration (Golub & Varga 1961): after k steps the error is below
     2 r^k of the first, r = mu / (1 + sqrt(1 - mu^2)) for a spectrum in -mu .. mu. The first guess
@@ -160,7 +149,7 @@ def signed_radiosity(
         next_ *= np.float32(omega)
         next_ += older
         older, newer = newer, next_
-    return newer.reshape(emitted.shape)
+    return np.maximum(newer, 0.0, out=newer).reshape(emitted.shape)
 
 
 def _product(a: Array32, b: Array32) -> Array32:

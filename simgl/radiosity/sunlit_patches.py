@@ -60,7 +60,7 @@ class SunlitPatches:
         for node, weight in grid_corners(direction):
             cosines += np.float32(weight) * self.at(node).cosines
         if blockers:
-            cosines -= self.hidden(direction, cosines, blockers)
+            cosines -= self._hidden(direction, cosines, blockers)
         return cosines
 
     def cosines_of_samples(self, direction: Array) -> Array32:
@@ -72,8 +72,11 @@ class SunlitPatches:
             cosines += facing * self.at(node).lit
         return cosines
 
-    def hidden(self, direction: Array, cosines: Array32, blockers: Sequence[Blocker]) -> Array32:
-        """(p,) what other bodies take from the cosines (p,) of the patches."""
+    def hidden(self, node: Node, blockers: Sequence[Blocker]) -> Array32:
+        """(p,) what other bodies take from the cosines to a direction of the grid."""
+        return self._hidden(direction_of(node), self.at(node).cosines, blockers)
+
+    def _hidden(self, direction: Array, cosines: Array32, blockers: Sequence[Blocker]) -> Array32:
         return cosines * blocked_by(self._transport, direction, blockers, cosines > 0.0)
 
     def at(self, node: Node) -> Sunlit:
