@@ -30,9 +30,8 @@ from simgl.scene.spacecraft import SpacecraftModel
 # Of some kilobytes each.
 _MAX_COSINES = 32
 # Shadows of other spacecraft are known again while those stand to the body as they do in steps of
-# so much of its radius, which is less than between two sample points of a patch, and of so much of
-# a radian, which is less than half of the Sun's width.
-_SHADOW_STEP = 1.0 / 256.0
+# so much of its radius, some millimetres, and of so much of a radian, a tenth of the Sun's width.
+_SHADOW_STEP = 1.0 / 1024.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
