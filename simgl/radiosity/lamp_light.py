@@ -67,7 +67,7 @@ class LampLight:
 
     def of_one(self, lamp: SpotLight, blockers: Sequence[Blocker] = ()) -> Array32:
         """(p,) the same of a lamp of 1 W sr-1."""
-        points = self._transport.few_points
+        points = self._transport.sample_points
         place, axis = lamp.place.astype(np.float32), lamp.axis.astype(np.float32)
         # How far the lamp is above each point's plane. Most are turned away from it.
         height = np.einsum("in,i->n", points.normals, place) - points.plane
@@ -93,7 +93,7 @@ class LampLight:
 
     def _sees(self, place: Array, chosen: IndexArray) -> Mask:
         """(k,) which sample points see a place, but for other bodies."""
-        points = self._transport.few_points
+        points = self._transport.sample_points
         known = self._known.get(place.tobytes(), lambda: np.zeros(len(points.patch), np.uint8))
         asked = chosen[known[chosen] == _UNKNOWN]
         starts = np.ascontiguousarray(np.take(points.places, asked, axis=1).T)

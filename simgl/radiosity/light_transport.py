@@ -125,7 +125,7 @@ class LightGrids:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class FewPoints:
+class SamplePoints:
     """Sample points of all patches, coordinate by coordinate: numpy works along rows of thousands.
 
     patch : (n,) of each
@@ -226,14 +226,14 @@ class LightTransport:
         return places.min(axis=0).astype(np.float64), places.max(axis=0).astype(np.float64)
 
     @cached_property
-    def few_points(self) -> FewPoints:
-        """Every other sample point: enough for the light of lamps."""
+    def sample_points(self) -> SamplePoints:
+        """All of them, for the light of lamps."""
         places, normals = (
-            np.ascontiguousarray(vectors[:, ::2].reshape(-1, 3).T)
+            np.ascontiguousarray(vectors.reshape(-1, 3).T)
             for vectors in (self.points, self.normals)
         )
-        seen = self.point_open[:, ::2]
-        return FewPoints(
+        seen = self.point_open
+        return SamplePoints(
             patch=np.repeat(np.arange(len(seen)), seen.shape[1]),
             places=places,
             normals=normals,

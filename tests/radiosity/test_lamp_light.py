@@ -27,7 +27,7 @@ def nearing(frames: int) -> list[SpotLight]:
 
 def test_shadows_between_places_of_the_grid_are_those_of_the_lamp() -> None:
     transport = open_box()
-    points = transport.few_points
+    points = transport.sample_points
     starts, ends = points.places.T, np.full(len(points.patch), 1.0 - 1e-3, dtype=np.float32)
     chosen = np.flatnonzero(points.open)
     for lamp in nearing(12):
