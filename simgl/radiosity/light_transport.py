@@ -72,6 +72,21 @@ class GatherMatrix:
     sky_rays_row: IndexArray
     between: Between | None = None
 
+    @cached_property
+    def open_sky(self) -> tuple[sparse.csc_matrix, Array32]:
+        """(s, c) csc and (s,) whose product with the sky, over that of all rays, and whose sum are
+        the share of it that is seen: ``sky_part``, taken from one where it is what is not seen."""
+        sign = np.where(self.sky_part_seen, np.float32(1.0), np.float32(-1.0))
+        part = self.sky_part
+        entries = part.data * sign[part.indices], part.indices, part.indptr
+        seen = sparse.csc_matrix(entries, shape=part.shape)
+        return seen, (~self.sky_part_seen).astype(np.float32)
+
+    @cached_property
+    def all_sky(self) -> Array32:
+        """(b, c) ``sky_rays``, which are most cells of half a sky."""
+        return self.sky_rays.toarray()
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PatchCells:
