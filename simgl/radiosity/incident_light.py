@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from simgl.arrays import Array
-from simgl.radiosity.lamp_light import SpotLight
+from simgl.radiosity.lamp_light import SpotLight, beyond_box
 from simgl.radiosity.pose_steps import (
     direction_without_noise,
     in_steps,
@@ -25,6 +25,9 @@ _MIN_SIZE = 1e-3
 # Light from another spacecraft that may be less than this share of all is left out; it counts in
 # full from twice as much on.
 THRESHOLD = 1e-3
+# A spacecraft carries a lamp that is so near beside what it lights; its turns count in such steps
+# [rad].
+_CARRIES, _TURN = 1.0 / 64.0, 1.0 / 512.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -49,6 +52,20 @@ class Neighbour:
     def in_steps(self, reach: float, step: float) -> Neighbour:
         """The same at a pose in steps, as of ``pose_steps.in_steps``."""
         return replace(self, other_from_body=in_steps(self.other_from_body, reach, step))
+
+    def beside(self, lamp: SpotLight, rounded: SpotLight, gap: float) -> Neighbour:
+        """The same as it stands to a lamp whose place is rounded: what carries the lamp goes with
+        it, and is turned in steps.
+
+        gap : from the lamp to the body that it lights [m]
+        """
+        hull, pose = self.model.posed_mesh.hull, self.other_from_body
+        place = pose[:3, :3] @ lamp.place + pose[:3, 3]
+        if beyond_box(place, (hull.min(axis=0), hull.max(axis=0))) > _CARRIES * gap:
+            return self
+        moved = in_steps(pose, gap, _TURN).copy()
+        moved[:3, 3] = place_without_noise(place) - moved[:3, :3] @ rounded.place
+        return replace(self, other_from_body=moved)
 
     def blocker(self) -> Blocker:
         """The same, ready for rays."""

@@ -8,7 +8,7 @@ body comes to a new one every few frames. All else is that of the lamp's own pla
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from simgl.arrays import Array, Array32, IndexArray, Mask
 from simgl.lru_cache import LruCache
 from simgl.radiosity.light_transport import LightTransport
+from simgl.radiosity.pose_steps import in_multiples
 from simgl.radiosity.solver import Blocker
 
 # Steps of the grid as a share of the distance from the body's box, at most: 0.9 deg as seen from
@@ -23,6 +24,9 @@ from simgl.radiosity.solver import Blocker
 _STEP = 1.0 / 64.0
 # Places in memory, of some ten kilobytes each.
 _PLACES = 64
+# Lamps take steps of so much of that distance, and of so much of a radian: their light then
+# changes by a thousandth on average, and is known again for some frames of a slow approach.
+_SMALL_STEP = 1.0 / 512.0
 # What is known of a sample point.
 _UNKNOWN, _LIT, _SHADED = 0, 1, 2
 
@@ -42,6 +46,15 @@ class SpotLight:
     edge: float
     intensity: Array
 
+    def in_steps(self, gap: float) -> SpotLight:
+        """The same lamp, its place and its axis rounded.
+
+        gap : its distance from the box of the body that it lights [m]; at none its place stays
+        """
+        axis = in_multiples(self.axis, _SMALL_STEP)
+        place = self.place if gap == 0.0 else in_multiples(self.place, _step(gap, _SMALL_STEP))
+        return replace(self, place=place, axis=axis / np.linalg.norm(axis))
+
     @property
     def beam(self) -> tuple[Hashable, ...]:
         """Equal for lamps whose light differs by their intensity alone."""
@@ -58,15 +71,15 @@ class LampLight:
         self._transport = transport
         self._known = LruCache[bytes, NDArray[np.uint8]](_PLACES)
 
+    def gap(self, lamp: SpotLight) -> float:
+        """Its distance from the body's box [m]; 0 inside."""
+        return beyond_box(lamp.place, self._transport.box)
+
     def irradiance(self, lamp: SpotLight, blockers: Sequence[Blocker] = ()) -> Array32:
-        """(p, 4) mean of each patch [W m-2].
+        """(p,) mean of each patch, for an intensity of 1 W sr-1 [W m-2].
 
         blockers : other bodies, which may stand before the lamp
         """
-        return np.outer(self.of_one(lamp, blockers), lamp.intensity.astype(np.float32))
-
-    def of_one(self, lamp: SpotLight, blockers: Sequence[Blocker] = ()) -> Array32:
-        """(p,) the same of a lamp of 1 W sr-1."""
         points = self._transport.sample_points
         place, axis = lamp.place.astype(np.float32), lamp.axis.astype(np.float32)
         # How far the lamp is above each point's plane. Most are turned away from it.
@@ -107,11 +120,10 @@ class LampLight:
 
         That one itself inside the body's box, where surfaces may be as near as they like.
         """
-        low, high = self._transport.box
-        gap = float(np.linalg.norm(np.maximum(np.maximum(low - place, place - high), 0.0)))
+        gap = beyond_box(place, self._transport.box)
         if gap == 0.0:
             return [(place, 1.0)]
-        step = 2.0 ** np.floor(np.log2(_STEP * gap))
+        step = _step(gap, _STEP)
         corner = np.floor(place / step)
         along = place / step - corner
         # The tetrahedron of its cube whose edges run along the axes in this order.
@@ -124,6 +136,17 @@ class LampLight:
                 corners.append((step * corner + 0.0, float(weight)))
             corner[axis] += 1.0
         return corners
+
+
+def beyond_box(place: Array, box: tuple[Array, Array]) -> float:
+    """Distance of a place from a box, given by its lowest and its highest corner; 0 inside."""
+    low, high = box
+    return float(np.linalg.norm(np.maximum(np.maximum(low - place, place - high), 0.0)))
+
+
+def _step(distance: float, share: float) -> float:
+    """A power of two, at most so much of a distance."""
+    return float(2.0 ** np.floor(np.log2(share * distance)))
 
 
 def _beam(lamp: SpotLight, cosine: Array32) -> Array32:

@@ -12,7 +12,7 @@ from simgl.arrays import Array, Array32
 from simgl.environment_map import SkyRadiance
 from simgl.lru_cache import MANY, LruCache
 from simgl.radiosity.incident_light import IncidentLight, Neighbour
-from simgl.radiosity.lamp_light import LampLight, SpotLight, reaches_into
+from simgl.radiosity.lamp_light import LampLight, reaches_into
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.posed_transport import PosedTransport
 from simgl.radiosity.precomputed_response import (
@@ -215,7 +215,8 @@ class PatchLight:
         if cells is not None:
             # Rays follow the cosine: each stands for pi over their number.
             irradiance += np.float32(np.pi) * (transport.sky @ cells)
-        irradiance += self._of_lamps(surface, incident)
+        for lamp in _lamps(surface, incident):
+            irradiance += np.outer(lamp.make(), lamp.bands.astype(np.float32))
         emitted = surface.reflectors.exitance + surface.reflectors.albedo * irradiance
         return radiosity(transport, surface.reflectors, emitted)
 
@@ -256,15 +257,6 @@ class PatchLight:
             hidden = self._hidden_cosines(sunlit, transport, incident) / free
             cosines *= 1.0 - hidden[:, None]
         return cosines
-
-    @staticmethod
-    def _of_lamps(surface: _Surface, incident: IncidentLight) -> Array32:
-        """(p, 4) irradiance of the patches by all lamps [W m-2]."""
-        irradiance = np.zeros_like(surface.reflectors.albedo)
-        for lamp in incident.lamps:
-            blockers = [other.blocker() for other in _before_lamp(lamp, incident)]
-            irradiance += surface.lamps.irradiance(lamp, blockers)
-        return irradiance
 
     def response(self, model: SpacecraftModel, transport: LightTransport) -> PrecomputedResponse:
         """Of a body to light."""
@@ -336,21 +328,19 @@ def _lamps(surface: _Surface, incident: IncidentLight) -> list[_FieldOfLight]:
     """The light of each lamp."""
     lights = []
     for lamp in incident.lamps:
-        before = _before_lamp(lamp, incident)
+        gap = surface.lamps.gap(lamp)
+        rounded = lamp.in_steps(gap)
+        others = [other.beside(lamp, rounded, gap) for other in incident.around]
+        before = [other for other in others if reaches_into(other.blocker(), rounded)]
         blockers = [other.blocker() for other in before]
         lights.append(
             _FieldOfLight(
-                name=(lamp.beam, *(other.key for other in before)),
-                make=partial(surface.lamps.of_one, lamp, blockers),
+                name=(rounded.beam, *(other.key for other in before)),
+                make=partial(surface.lamps.irradiance, rounded, blockers),
                 bands=lamp.intensity,
             )
         )
     return lights
-
-
-def _before_lamp(lamp: SpotLight, incident: IncidentLight) -> list[Neighbour]:
-    """Spacecraft that may stand before a lamp."""
-    return [other for other in incident.around if reaches_into(other.blocker(), lamp)]
 
 
 def _sun_key(transport: LightTransport, incident: IncidentLight) -> tuple[Hashable, ...]:

@@ -6,8 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from simgl.radiosity.incident_light import incident_light
 from simgl.radiosity.lamp_light import LampLight, SpotLight
 from tests.radiosity.boxes import open_box
+from tests.radiosity.near_spacecraft import two_boxes
 
 # Above the open box's rim, at an angle: its walls shade a part of its floor.
 LAMP = SpotLight(
@@ -65,3 +67,39 @@ def test_a_lamp_inside_a_body_s_box_is_traced_from_its_own_place() -> None:
         floor = replace(LAMP, place=np.array([1.0, 0.5, height]), axis=np.array([0.0, 0.6, 0.8]))
         assert np.all((floor.place > low) & (floor.place < high))
         assert LampLight(transport).irradiance(floor).max() > 0.0
+
+
+def test_a_rounded_lamp_gives_a_thousandth_more_or_less() -> None:
+    transport = open_box()
+    light, share = LampLight(transport), []
+    for lamp in nearing(12):
+        rounded = lamp.in_steps(light.gap(lamp))
+        # Half a step along each axis is 0.17 % of the distance; that of one, twice that of light.
+        assert np.linalg.norm(rounded.place - lamp.place) < 0.0017 * light.gap(lamp)
+        assert np.linalg.norm(rounded.axis - lamp.axis) < 0.0034
+        areas = transport.areas
+        share.append(areas @ light.irradiance(rounded) / (areas @ light.irradiance(lamp)) - 1.0)
+    assert np.abs(share).max() < 0.0034
+    # Steps of 3.9 mm: on 6.6 mm of way each axis takes two at most, one after another.
+    slow = [replace(LAMP, place=LAMP.place + frame * np.full(3, -6e-4)) for frame in range(12)]
+    assert len({lamp.in_steps(light.gap(lamp)).beam for lamp in slow}) <= 1 + 3 * 2
+
+
+def test_what_carries_a_lamp_goes_with_it_when_it_is_rounded() -> None:
+    state = (scenario := two_boxes(3.0, (-0.8, 0.0, 0.6))).at(scenario.epoch_tai_ns)
+    first = next(iter(state.bodies.values()))
+    (other,) = incident_light(state, first).around
+    back = np.linalg.inv(other.other_from_body)
+    on_it, beside_it = (back @ (*place, 1.0) for place in ((0.0, 0.1, 0.5), (0.0, 9.0, 0.0)))
+    for place, carried in ((on_it[:3], True), (beside_it[:3], False)):
+        lamp = replace(LAMP, place=place)
+        rounded = lamp.in_steps(3.0)
+        there = other.beside(lamp, rounded, 3.0).other_from_body
+        if carried:
+            before, after = (
+                m @ (*p, 1.0) for m, p in ((other.other_from_body, place), (there, rounded.place))
+            )
+            # What is left of a place without rounding errors: half a micrometre along each axis.
+            np.testing.assert_allclose(after, before, atol=1e-6)
+        else:
+            np.testing.assert_array_equal(there, other.other_from_body)
