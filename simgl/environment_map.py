@@ -102,24 +102,20 @@ def _texel_weights(n: int) -> Array32:
 
 def cube_cell(directions: Array, n: int) -> IndexArray:
     """(...) which of n x n cells on each face directions (..., 3) point to: 0..6 n^2 - 1."""
-    size = np.abs(directions)
-    axis = np.argmax(size, axis=-1)
-    along = np.take_along_axis(directions, axis[..., None], axis=-1)[..., 0]
-    face = 2 * axis + (along < 0.0)
-    column, row = (
-        np.clip((0.5 * (place / np.abs(along) + 1.0) * n).astype(np.int64), 0, n - 1)
-        for place in (_component(axes, face, directions) for axes in (RIGHT, DOWN))
-    )
-    return (face * n + row) * n + column
-
-
-def _component(axes: Array, face: IndexArray, directions: Array) -> Array:
-    """(...) of directions (..., 3) along an axis of their face.
-
-    axes : (6, 3) of the faces; each is one of the cube's
-    """
-    number, sign = np.argmax(np.abs(axes), axis=1), axes.sum(axis=1)
-    return sign[face] * np.take_along_axis(directions, number[face][..., None], axis=-1)[..., 0]
+    # Coordinate by coordinate: numpy takes as long for three numbers as for hundreds.
+    x, y, z = np.moveaxis(directions.reshape(-1, 3), 1, 0).copy()
+    along_x = (np.abs(x) >= np.abs(y)) & (np.abs(x) >= np.abs(z))
+    along_y = ~along_x & (np.abs(y) >= np.abs(z))
+    along = np.where(along_x, x, np.where(along_y, y, z))
+    face = np.where(along_x, 0, np.where(along_y, 2, 4)) + (along < 0.0)
+    cell = face
+    # Of DOWN and RIGHT: a component, and whether its sign changes on the face behind.
+    down = np.where(along_y, z * np.sign(y), -y)
+    right = np.where(along_x, -z * np.sign(x), np.where(along_y, x, x * np.sign(z)))
+    for component in (down, right):
+        place = (0.5 * (component / np.abs(along) + 1.0) * n).astype(np.int64)
+        cell = cell * n + np.clip(place, 0, n - 1)
+    return cell.reshape(directions.shape[:-1])
 
 
 def draw_faces_out(radiance: Array32, texels: Sequence[int]) -> None:
@@ -180,9 +176,19 @@ class _TurnedSky(SkyRadiance):
 
     @cached_property
     def radiance(self) -> Array32:
-        n = PYRAMID[0]
-        directions = cube_directions(n) @ self._R_sky_from_body.T
-        return np.take(cell_radiance(self._sky, n), cube_cell(directions, n), axis=0)
+        # Attitudes that differ by rounding errors are one.
+        cells = _turned_cells((np.round(self._R_sky_from_body, 9) + 0.0).tobytes())
+        return np.take(cell_radiance(self._sky, PYRAMID[0]), cells, axis=0)
+
+
+@lru_cache(maxsize=8)
+def _turned_cells(R_sky_from_body: bytes) -> IndexArray:
+    """(6, n, n) cells of a sky that the texels of one turned against it look at, n = 64.
+
+    R_sky_from_body : (3, 3) as bytes
+    """
+    R = np.frombuffer(R_sky_from_body).reshape(3, 3)
+    return cube_cell(cube_directions(PYRAMID[0]) @ R.T, PYRAMID[0])
 
 
 def cell_radiance(sky: SkyRadiance, cells: int = 4) -> Array32:

@@ -46,9 +46,9 @@ def prefiltered(sky: SkyRadiance, plane_irradiance: Array32) -> Array32:
     D(h) max(n.l, 0) with the GGX distribution D. At roughness 1 that is the irradiance over pi.
     """
     pyramid = np.concatenate([sky.pyramid[n].reshape(-1, 4) for n in PYRAMID])
-    blocks, of_points = _symmetry()
-    eighths = prepare_lobes() @ np.take(pyramid, blocks, axis=0).reshape(_BLOCKS, -1)
-    lobes = np.take(eighths.reshape(-1, 4), of_points, axis=0)
+    weights, blocks = prepare_lobes()
+    eighths = weights @ np.take(pyramid, blocks, axis=0).reshape(len(blocks), -1)
+    lobes = np.take(eighths.reshape(-1, 4), _symmetry()[1], axis=0)
     ends = np.cumsum([points**2 for points in _POINTS])
     maps = [
         _refined(one.reshape(points, points, 4))
@@ -111,9 +111,10 @@ def _eighth(points: int) -> IndexArray:
 
 
 @lru_cache(maxsize=1)
-def prepare_lobes() -> csr_array:
-    """(points of an eighth of each map, blocks) weights of block fluxes [sr-1] in the lobes about a
-    map's directions; made once on a machine."""
+def prepare_lobes() -> tuple[csr_array, IndexArray]:
+    """(points of an eighth of each map, k) weights of block fluxes [sr-1] in the lobes about a
+    map's directions, and (k, 8) the blocks that have any, in the sky in each way that it is
+    turned or mirrored; made once on a machine."""
 
     def fits(arrays: Arrays) -> bool:
         points = sum(len(_eighth(points)) for points in _POINTS)
@@ -124,11 +125,13 @@ def prepare_lobes() -> csr_array:
         return matrix_arrays("lobes", csr_array(vstack(levels)))
 
     made_by = (__name__, "simgl.environment_map", "numpy")
-    return matrix_of("lobes", computed_once("tables", made_by, "lobes", made, fits))
+    lobes = matrix_of("lobes", computed_once("tables", made_by, "lobes", made, fits))
+    used = np.unique(lobes.indices)
+    return csr_array(lobes[:, used]), _symmetry()[0][used]
 
 
 def _made_lobe_operator(level: int) -> csr_array:
-    """``prepare_lobes`` of one map.
+    """(points of an eighth, blocks) weights of block fluxes [sr-1] in the lobes of one map.
 
     Each lobe takes large blocks far from its axis and small ones near it.
     """

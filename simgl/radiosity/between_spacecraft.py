@@ -13,7 +13,6 @@ from functools import cached_property
 
 import numpy as np
 from scipy import sparse
-from scipy.spatial.transform import Rotation
 
 from simgl.arrays import Array, Array32, IndexArray
 from simgl.radiosity.gather_points import unit_rows
@@ -170,24 +169,6 @@ class PosedPath:
     def nbytes(self) -> int:
         """Size of its matrices."""
         return 8 * (2 * len(self.path.at_places.point) + len(self.path.at_patches.point))
-
-
-def in_steps(other_from_body: Array, reach: float, step: float) -> Array:
-    """(4, 4) a pose of one body in the axes of another, in steps small beside their distance.
-
-    reach : [m] between them
-    step : as a share of that, and of turns [rad]
-    """
-    result = np.eye(4)
-    size = 2.0 ** np.floor(np.log2(max(step * reach, 1e-6)))
-    result[:3, 3] = size * np.round(other_from_body[:3, 3] / size)
-    turn = step * np.round(Rotation.from_matrix(other_from_body[:3, :3]).as_rotvec() / step) + 0.0
-    # Half a turn is one either way: rounding errors do not choose.
-    if np.linalg.norm(turn) > np.pi - step and turn[np.flatnonzero(turn)[0]] < 0.0:
-        turn = -turn
-    result[:3, :3] = Rotation.from_rotvec(turn).as_matrix()
-    # Without negative zeros: equal poses have equal bits.
-    return result + 0.0
 
 
 def light_path(receiver: NearBody, sender: NearBody, sender_from_receiver: Array) -> LightPath:

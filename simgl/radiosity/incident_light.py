@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from simgl.arrays import Array
-from simgl.radiosity.solver import Blocker, SpotLight
+from simgl.radiosity.lamp_light import SpotLight, beyond_box
+from simgl.radiosity.pose_steps import (
+    direction_without_noise,
+    in_steps,
+    place_without_noise,
+    without_noise,
+)
+from simgl.radiosity.solver import Blocker
 from simgl.rays import ray_tracer
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import BodyState, SceneState
@@ -18,6 +25,9 @@ _MIN_SIZE = 1e-3
 # Light from another spacecraft that may be less than this share of all is left out; it counts in
 # full from twice as much on.
 THRESHOLD = 1e-3
+# A spacecraft carries a lamp that is so near beside what it lights; its turns count in such steps
+# [rad].
+_CARRIES, _TURN = 1.0 / 64.0, 1.0 / 512.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -33,6 +43,29 @@ class Neighbour:
     model: SpacecraftModel
     other_from_body: Array
     near: bool
+
+    @property
+    def key(self) -> tuple[Hashable, ...]:
+        """Equal for equal bodies that stand alike."""
+        return self.model.posed_mesh.digest, self.other_from_body.tobytes()
+
+    def in_steps(self, reach: float, step: float) -> Neighbour:
+        """The same at a pose in steps, as of ``pose_steps.in_steps``."""
+        return replace(self, other_from_body=in_steps(self.other_from_body, reach, step))
+
+    def beside(self, lamp: SpotLight, rounded: SpotLight, gap: float) -> Neighbour:
+        """The same as it stands to a lamp whose place is rounded: what carries the lamp goes with
+        it, and is turned in steps.
+
+        gap : from the lamp to the body that it lights [m]
+        """
+        hull, pose = self.model.posed_mesh.hull, self.other_from_body
+        place = pose[:3, :3] @ lamp.place + pose[:3, 3]
+        if beyond_box(place, (hull.min(axis=0), hull.max(axis=0))) > _CARRIES * gap:
+            return self
+        moved = in_steps(pose, gap, _TURN).copy()
+        moved[:3, 3] = place_without_noise(place) - moved[:3, :3] @ rounded.place
+        return replace(self, other_from_body=moved)
 
     def blocker(self) -> Blocker:
         """The same, ready for rays."""
@@ -91,16 +124,7 @@ class IncidentLight:
                 for shades, others in ((True, self.before_sun), (False, self.around))
                 for other in others
             ),
-            *(
-                (
-                    lamp.place.tobytes(),
-                    lamp.axis.tobytes(),
-                    lamp.half_angle,
-                    lamp.edge,
-                    lamp.intensity.tobytes(),
-                )
-                for lamp in self.lamps
-            ),
+            *((lamp.beam, lamp.intensity.tobytes()) for lamp in self.lamps),
         )
 
 
@@ -124,6 +148,7 @@ def incident_light(state: SceneState, body: BodyState) -> IncidentLight:
         matrix[:3, :3] = R
         matrix[:3, 3] = other.pose.R_icrf_from_body.T @ (pose.position - other.pose.position)
         # Its bounding sphere, moved along the light, meets the body's.
+        matrix = without_noise(matrix)
         offset = R.T @ (other.model.posed_mesh.centre - matrix[:3, 3]) - mesh.centre
         reach = other.model.posed_mesh.radius + mesh.radius
         gap = max(float(np.linalg.norm(offset)) - reach, 0.0)
@@ -142,8 +167,8 @@ def incident_light(state: SceneState, body: BodyState) -> IncidentLight:
         here = lamp.seen_from_body(pose)
         lamps.append(
             SpotLight(
-                place=here.position,
-                axis=here.direction,
+                place=place_without_noise(here.position),
+                axis=direction_without_noise(here.direction),
                 half_angle=here.lamp.half_angle,
                 edge=here.lamp.edge,
                 intensity=here.lamp.intensity,

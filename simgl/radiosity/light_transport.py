@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
-from simgl.arrays import Array32, IndexArray, Mask
+from simgl.arrays import Array, Array32, IndexArray, Mask
 from simgl.environment_map import SkyRadiance
 from simgl.radiosity.sky_cells import sky_cells
 from simgl.rays import AnyRayTracer, RayTracer
@@ -72,6 +72,21 @@ class GatherMatrix:
     sky_rays_row: IndexArray
     between: Between | None = None
 
+    @cached_property
+    def open_sky(self) -> tuple[sparse.csc_matrix, Array32]:
+        """(s, c) csc and (s,) whose product with the sky, over that of all rays, and whose sum are
+        the share of it that is seen: ``sky_part``, taken from one where it is what is not seen."""
+        sign = np.where(self.sky_part_seen, np.float32(1.0), np.float32(-1.0))
+        part = self.sky_part
+        entries = part.data * sign[part.indices], part.indices, part.indptr
+        seen = sparse.csc_matrix(entries, shape=part.shape)
+        return seen, (~self.sky_part_seen).astype(np.float32)
+
+    @cached_property
+    def all_sky(self) -> Array32:
+        """(b, c) ``sky_rays``, which are most cells of half a sky."""
+        return self.sky_rays.toarray()
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PatchCells:
@@ -125,7 +140,7 @@ class LightGrids:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class FewPoints:
+class SamplePoints:
     """Sample points of all patches, coordinate by coordinate: numpy works along rows of thousands.
 
     patch : (n,) of each
@@ -220,14 +235,20 @@ class LightTransport:
         return 0.5 * (low + high), 0.5 * np.linalg.norm(high - low, axis=1) + np.float32(1e-3)
 
     @cached_property
-    def few_points(self) -> FewPoints:
-        """Every other sample point: enough for the light of lamps."""
+    def box(self) -> tuple[Array, Array]:
+        """(3,) lowest and highest corner of the box around the body [m]."""
+        places = self.mesh.positions
+        return places.min(axis=0).astype(np.float64), places.max(axis=0).astype(np.float64)
+
+    @cached_property
+    def sample_points(self) -> SamplePoints:
+        """All of them, for the light of lamps."""
         places, normals = (
-            np.ascontiguousarray(vectors[:, ::2].reshape(-1, 3).T)
+            np.ascontiguousarray(vectors.reshape(-1, 3).T)
             for vectors in (self.points, self.normals)
         )
-        seen = self.point_open[:, ::2]
-        return FewPoints(
+        seen = self.point_open
+        return SamplePoints(
             patch=np.repeat(np.arange(len(seen)), seen.shape[1]),
             places=places,
             normals=normals,

@@ -15,7 +15,6 @@ from simgl.radiosity.between_spacecraft import (
     STEP,
     LightPath,
     PosedPath,
-    in_steps,
     light_path,
 )
 from simgl.radiosity.convex_transport import convex_transport
@@ -24,6 +23,7 @@ from simgl.radiosity.isolated_light import IsolatedLight
 from simgl.radiosity.light_transport import GatherMatrix, LightTransport
 from simgl.radiosity.near_body import NearBody, standing_rows
 from simgl.radiosity.patch_light import PatchLight
+from simgl.radiosity.pose_steps import in_steps
 from simgl.radiosity.posed_transport import PosedTransport
 from simgl.radiosity.sky_cells import sky_cells
 from simgl.radiosity.transport_store import MAX_BYTES, STEPS, TransportStore

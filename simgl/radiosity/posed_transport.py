@@ -54,6 +54,11 @@ class PosedTransport(LightTransport):
         return sum(a.nbytes for a in arrays)
 
     @cached_property
+    def box(self) -> tuple[Array, Array]:
+        """(3,) lowest and highest corner of the box around the body at its pose [m]."""
+        return self.body.hull.min(axis=0), self.body.hull.max(axis=0)
+
+    @cached_property
     def tracer(self) -> AnyRayTracer:
         """For the light of the Sun and of lamps; its structures are those of all poses."""
         return ray_tracer(self.body)

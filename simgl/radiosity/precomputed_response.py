@@ -7,9 +7,10 @@ light is solved on request.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Hashable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property, partial
+from typing import TypeVar
 
 import numpy as np
 from scipy import sparse
@@ -20,12 +21,14 @@ from simgl.radiosity.light_grids import more_of_nodes
 from simgl.radiosity.light_transport import LightTransport, PatchCells
 from simgl.radiosity.near_means import TIMES
 from simgl.radiosity.patches import SAMPLES
-from simgl.radiosity.solver import Reflectors, radiosity, signed_radiosity
+from simgl.radiosity.solver import Reflectors, radiosity
 from simgl.radiosity.sunlit_patches import CAPACITY, Node, SunlitPatches, grid_corners
 
-# Of the responses to all cells of the sky, and to the directions of the Sun that are cached, with
-# the cosines to those and the sample points that they reach.
-BYTES_OF_PATCH = 4 * (4 * 96 + CAPACITY * (4 + 1)) + CAPACITY * SAMPLES
+# Fields of light from elsewhere in memory: of some lamps, of the Sun about some directions.
+_FIELDS = 32
+# Of the responses to all cells of the sky, to the directions of the Sun that are cached, with the
+# cosines to those and the sample points that they reach, and to those fields.
+BYTES_OF_PATCH = 4 * (4 * 96 + CAPACITY * (4 + 1) + 4 * _FIELDS) + CAPACITY * SAMPLES
 # Directions of the Sun whose light at vertices is in memory: those around it, before and behind.
 _VERTEX_CAPACITY = 9
 BYTES_OF_VERTEX = 4 * 4 * _VERTEX_CAPACITY
@@ -33,6 +36,8 @@ BYTES_OF_VERTEX = 4 * 4 * _VERTEX_CAPACITY
 _UNDER_WAY = 4
 # Vertices whose light is scaled together, as many as a row of their table on the GPU.
 _ROW = 2048
+
+Name = TypeVar("Name", bound=Hashable)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -80,6 +85,7 @@ class PrecomputedResponse:
         self._nodes = LruCache[Node, Array32](CAPACITY)
         self._at_vertices = LruCache[Node, Array32](_VERTEX_CAPACITY)
         self._under_way = LruCache[Node, _UnderWay](_UNDER_WAY)
+        self._fields = LruCache[Hashable, Array32](_FIELDS)
 
     @cached_property
     def glow(self) -> Array32:
@@ -89,13 +95,24 @@ class PrecomputedResponse:
             return emitted
         return radiosity(self._transport, self._surface, emitted)
 
-    def of_irradiance(self, irradiance: Array32) -> Array32:
-        """(p, 4) of any light, solved now [W m-2].
+    def of_fields(
+        self, fields: Mapping[Hashable, Callable[[], Array32]]
+    ) -> dict[Hashable, Array32]:
+        """(p, 4) each of light that is alike in all bands, solved unless it was before.
 
-        irradiance : (p, 4) of the patches; negative where light is taken away [W m-2]
+        fields : by a name for good, what makes its irradiance (p,) of the patches [W m-2]
         """
-        reflected = self._surface.albedo * irradiance
-        return signed_radiosity(self._transport, self._surface, reflected)
+        # Held here: one that is stored may evict another that is still needed.
+        solved = {
+            name: cached for name in fields if (cached := self._fields.find(name)) is not None
+        }
+        made = {name: make() for name, make in fields.items() if name not in solved}
+        lit = [name for name, field in made.items() if np.any(field)]
+        if lit:
+            solved |= self._reflected(lit, [made[name] for name in lit])
+        dark = np.zeros_like(self._surface.albedo)
+        solved |= {name: dark for name in made if name not in solved}
+        return {name: self._fields.get(name, partial(solved.__getitem__, name)) for name in fields}
 
     def of_sky(self, cell_radiance: Array32) -> Array32:
         """(p, 4) by the sky [W m-2].
@@ -246,10 +263,14 @@ class PrecomputedResponse:
         return {node: self._nodes.get(node, partial(known.__getitem__, node)) for node in nodes}
 
     def _solved(self, nodes: list[Node]) -> dict[Node, Array32]:
-        """(p, 4) each for a Sun of 1 W/m2 in that direction; together they take less time."""
+        """(p, 4) each for a Sun of 1 W/m2 in that direction."""
         if not nodes:
             return {}
-        cosines = np.stack([self._sunlit.at(node).cosines for node in nodes], axis=1)
-        reflected = self._surface.albedo[:, :, None] * cosines[:, None]
+        return self._reflected(nodes, [self._sunlit.at(node).cosines for node in nodes])
+
+    def _reflected(self, names: list[Name], fields: list[Array32]) -> dict[Name, Array32]:
+        """(p, 4) each by irradiance (p,) that is alike in all bands; together they take less
+        time."""
+        reflected = self._surface.albedo[:, :, None] * np.stack(fields, axis=1)[:, None]
         solved = radiosity(self._transport, self._surface, reflected)
-        return {node: np.ascontiguousarray(solved[:, :, i]) for i, node in enumerate(nodes)}
+        return {name: np.ascontiguousarray(solved[:, :, i]) for i, name in enumerate(names)}

@@ -53,22 +53,6 @@ class Blocker:
     hull: Array
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class SpotLight:
-    """A lamp in body axes.
-
-    place : (3,) [m]; axis : (3,) unit, along the beam
-    half_angle, edge : of full intensity, and the fall to zero around it [rad]
-    intensity : (4,) [W sr-1]
-    """
-
-    place: Array
-    axis: Array
-    half_angle: float
-    edge: float
-    intensity: Array
-
-
 def hemispherical_albedo(material: Material) -> Array:
     """(4,) reflectance of a surface under uniform light.
 
@@ -132,17 +116,6 @@ def radiosity(
     emitted : exitance before any bounce, of one light or of n separate ones; a light gets the same
         bits among others as by itself
     residual : what is left of the error of the first guess
-    """
-    return np.maximum(signed_radiosity(transport, surface, emitted, residual), 0.0)
-
-
-def signed_radiosity(
-    transport: LightTransport,
-    surface: Reflectors,
-    emitted: Array32,
-    residual: float = RESIDUAL,
-) -> Array32:
-    """The same of light some of which is taken away: of exitance of either sign.
 
     x = M x + c with Chebyshev's acceleration (Golub & Varga 1961): after k steps the error is below
     2 r^k of the first, r = mu / (1 + sqrt(1 - mu^2)) for a spectrum in -mu .. mu. The first guess
@@ -176,7 +149,7 @@ def signed_radiosity(
         next_ *= np.float32(omega)
         next_ += older
         older, newer = newer, next_
-    return newer.reshape(emitted.shape)
+    return np.maximum(newer, 0.0, out=newer).reshape(emitted.shape)
 
 
 def _product(a: Array32, b: Array32) -> Array32:
@@ -255,66 +228,6 @@ def blocked_by(
     return share
 
 
-def lamp_irradiance(
-    transport: LightTransport, lamp: SpotLight, blockers: Sequence[Blocker] = ()
-) -> Array32:
-    """(p, 4) mean irradiance of each patch by a lamp [W m-2]."""
-    points = transport.few_points
-    place, axis = lamp.place.astype(np.float32), lamp.axis.astype(np.float32)
-    # How far the lamp is above each point's plane. Most are turned away from it.
-    height = np.einsum("in,i->n", points.normals, place) - points.plane
-    facing = np.flatnonzero((height > 0.0) & points.open)
-    offset = place[:, None] - np.take(points.places, facing, axis=1)
-    distance = np.sqrt(np.einsum("in,in->n", offset, offset))
-    off_axis = np.arccos(np.clip(np.einsum("in,i->n", offset, -axis) / distance, -1.0, 1.0))
-    beyond = np.clip((off_axis - lamp.half_angle) / lamp.edge, 0.0, 1.0)
-    power = 1.0 - beyond * beyond * (3.0 - 2.0 * beyond)
-    power *= height[facing] / (distance * distance * distance)
-    seen = np.flatnonzero(power > 0.0)
-    starts, rays = (
-        np.ascontiguousarray(np.take(vectors, chosen, axis=1).T)
-        for vectors, chosen in ((points.places, facing[seen]), (offset, seen))
-    )
-    blocked = _blocked_before(transport, lamp, starts, rays, distance[seen], blockers)
-    power[seen[blocked]] = 0.0
-    total = np.bincount(points.patch[facing], power, minlength=len(transport.areas))
-    return np.outer((total / points.count).astype(np.float32), lamp.intensity.astype(np.float32))
-
-
-def _blocked_before(
-    transport: LightTransport,
-    lamp: SpotLight,
-    points: Array32,
-    offsets: Array32,
-    distances: Array32,
-    blockers: Sequence[Blocker],
-) -> Mask:
-    """Whether anything lies between points in a beam and its lamp, at the ends of offsets."""
-    ends = np.full(len(points), 1.0 - 1e-3, dtype=np.float32)
-    blocked = transport.tracer.occluded(points, offsets, ends)
-    # The lamp sits on its own craft: its housing, within 1 cm, does not count.
-    ends = (1.0 - 0.01 / distances).astype(np.float32)
-    for blocker in blockers:
-        if not _reaches_into(blocker, lamp):
-            continue
-        turn = blocker.other_from_body[:3, :3].astype(np.float32)
-        shift = blocker.other_from_body[:3, 3].astype(np.float32)
-        rest = np.flatnonzero(~blocked)
-        origins = np.take(points, rest, axis=0) @ turn.T + shift
-        rays = np.take(offsets, rest, axis=0) @ turn.T
-        blocked[rest] = blocker.tracer.occluded(origins, rays, ends[rest])
-    return blocked
-
-
-def _reaches_into(blocker: Blocker, lamp: SpotLight) -> bool:
-    """Whether any of a body lies before a lamp: none of what carries it does, as a rule."""
-    if lamp.half_angle + lamp.edge >= 0.5 * np.pi:
-        return True
-    turn, shift = blocker.other_from_body[:3, :3], blocker.other_from_body[:3, 3]
-    place, axis = turn @ lamp.place + shift, turn @ lamp.axis
-    return bool(((blocker.hull - place) @ axis).max() > 0.0)
-
-
 def earth_share(matrix: GatherMatrix, cell_radiance: Array32 | None) -> Array32:
     """(k, sides) of the Earth's irradiance on a free surface, the share that arrives at vertices.
 
@@ -323,9 +236,12 @@ def earth_share(matrix: GatherMatrix, cell_radiance: Array32 | None) -> Array32:
     if cell_radiance is None:
         return np.ones(matrix.shape, dtype=np.float32)
     bands = cell_radiance.mean(axis=1)
-    free = np.maximum(matrix.sky_rays @ bands, np.float32(1e-30))[matrix.sky_rays_row]
-    share = (matrix.sky_part @ bands) / free
-    np.subtract(np.float32(1.0), share, out=share, where=~matrix.sky_part_seen)
+    # Not by BLAS: its threads keep the cores busy while they wait for the next product.
+    free = np.einsum("bc,c->b", matrix.all_sky, bands)
+    seen, least = matrix.open_sky
+    share = seen @ bands
+    share *= np.take(np.float32(1.0) / np.maximum(free, np.float32(1e-30)), matrix.sky_rays_row)
+    share += least
     share = np.take(share, matrix.rows)
     if matrix.between is not None:
         between = matrix.between

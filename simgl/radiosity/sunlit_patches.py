@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -23,6 +24,7 @@ CAPACITY = 64
 
 # A direction of the grid: its column and row.
 Node = tuple[int, int]
+_Triangle = tuple[Node, Node, Node]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -60,7 +62,7 @@ class SunlitPatches:
         for node, weight in grid_corners(direction):
             cosines += np.float32(weight) * self.at(node).cosines
         if blockers:
-            cosines -= self.hidden(direction, cosines, blockers)
+            cosines -= self._hidden(direction, cosines, blockers)
         return cosines
 
     def cosines_of_samples(self, direction: Array) -> Array32:
@@ -72,8 +74,11 @@ class SunlitPatches:
             cosines += facing * self.at(node).lit
         return cosines
 
-    def hidden(self, direction: Array, cosines: Array32, blockers: Sequence[Blocker]) -> Array32:
-        """(p,) what other bodies take from the cosines (p,) of the patches."""
+    def hidden(self, node: Node, blockers: Sequence[Blocker]) -> Array32:
+        """(p,) what other bodies take from the cosines to a direction of the grid."""
+        return self._hidden(direction_of(node), self.at(node).cosines, blockers)
+
+    def _hidden(self, direction: Array, cosines: Array32, blockers: Sequence[Blocker]) -> Array32:
         return cosines * blocked_by(self._transport, direction, blockers, cosines > 0.0)
 
     def at(self, node: Node) -> Sunlit:
@@ -106,22 +111,35 @@ def grid_corners(direction: Array) -> tuple[tuple[Node, float], ...]:
     Cosines summed likewise are exact where all three see the Sun. Triangles do not cross the
     octahedron's edges, so their sides are arcs of great circles, which neighbours share.
     """
-    place = direction[:2] / np.abs(direction).sum()
-    if direction[2] < 0.0:
-        place = (1.0 - np.abs(place[::-1])) * np.where(place < 0.0, -1.0, 1.0)
-    at = np.clip((place + 1.0) * (_STEPS / 2.0), 0.0, _STEPS * (1.0 - 1e-12))
-    i, j = (int(v) for v in at)
+    nodes = _triangle_around(direction)
+    # Rounding may leave less than nothing of the corner opposite.
+    weights = np.maximum(_weights_of(nodes) @ direction, 0.0).tolist()
+    return tuple(zip(nodes, weights, strict=True))
+
+
+def _triangle_around(direction: Array) -> _Triangle:
+    """The corners of the grid's triangle that a direction (3,) is in."""
+    x, y, z = direction.tolist()
+    size = abs(x) + abs(y) + abs(z)
+    x, y = x / size, y / size
+    if z < 0.0:
+        x, y = (
+            (1.0 - abs(y)) * (-1.0 if x < 0.0 else 1.0),
+            (1.0 - abs(x)) * (-1.0 if y < 0.0 else 1.0),
+        )
+    at = [min(max((p + 1.0) * (_STEPS / 2.0), 0.0), _STEPS * (1.0 - 1e-12)) for p in (x, y)]
+    i, j = int(at[0]), int(at[1])
     u, v = at[0] - i, at[1] - j
-    nodes: tuple[Node, Node, Node]
     if (i < _STEPS // 2) == (j < _STEPS // 2):
         # The octahedron's edge runs from upper left to lower right here.
-        nodes = (i + 1, j), (i, j + 1), (i, j) if u + v < 1.0 else (i + 1, j + 1)
-    else:
-        nodes = (i, j), (i + 1, j + 1), (i + 1, j) if u > v else (i, j + 1)
-    corners = np.stack([direction_of(node) for node in nodes], axis=1)
-    # Rounding may leave less than nothing of the corner opposite.
-    weights = np.maximum(np.linalg.solve(corners, direction), 0.0).tolist()
-    return tuple(zip(nodes, weights, strict=True))
+        return (i + 1, j), (i, j + 1), (i, j) if u + v < 1.0 else (i + 1, j + 1)
+    return (i, j), (i + 1, j + 1), (i + 1, j) if u > v else (i, j + 1)
+
+
+@lru_cache(maxsize=256)
+def _weights_of(nodes: _Triangle) -> Array:
+    """(3, 3) whose product with a direction is the weights of the corners whose sum it is."""
+    return np.linalg.inv(np.stack([direction_of(node) for node in nodes], axis=1))
 
 
 def corners_ahead(last: Array, now: Array) -> Iterator[tuple[tuple[Node, ...], int]]:
@@ -138,18 +156,18 @@ def corners_ahead(last: Array, now: Array) -> Iterator[tuple[tuple[Node, ...], i
     frame = 0
     while frame <= FARTHEST_FRAMES:
         place = now + frame * step
-        corners = np.stack([direction_of(node) for node, _ in grid_corners(place)], axis=1)
-        weights, paces = np.linalg.solve(corners, np.stack([place, step], axis=1)).T
-        falling = paces < 0.0
-        if not np.any(falling):
-            return
-        left = np.min(np.maximum(weights[falling], 0.0) / -paces[falling])
+        of_corners = _weights_of(_triangle_around(place))
+        weights, paces = (of_corners @ place).tolist(), (of_corners @ step).tolist()
+        left = min(
+            (max(w, 0.0) / -pace for w, pace in zip(weights, paces, strict=True) if pace < 0.0),
+            default=np.inf,
+        )
         if left > FARTHEST_FRAMES:
             return
         # The first frame beyond.
         frame += int(left) + 1
         if frame > 1:
-            yield tuple(node for node, _ in grid_corners(now + frame * step)), frame - 1
+            yield _triangle_around(now + frame * step), frame - 1
 
 
 def direction_of(node: Node) -> Array:

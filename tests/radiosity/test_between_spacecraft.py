@@ -12,11 +12,11 @@ from simgl.radiosity.between_spacecraft import (
     STEP,
     PosedPath,
     clusters_of,
-    in_steps,
     light_path,
 )
 from simgl.radiosity.convex_transport import convex_transport
 from simgl.radiosity.near_body import NearBody, standing_rows
+from simgl.radiosity.pose_steps import in_steps
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.view.near_spacecraft import near_groups
 from tests.radiosity.near_spacecraft import (

@@ -65,26 +65,31 @@ def test_lights_add_up() -> None:
     asked = response(emission=5.0)
     surface = reflectors(transport, white(0.8, emission=5.0))
     random = np.random.default_rng(5)
-    lamps: Array32 = random.uniform(0.0, 9.0, (len(transport.areas), 4)).astype(np.float32)
+    lamps: Array32 = random.uniform(0.0, 9.0, len(transport.areas)).astype(np.float32)
     sun = SunlitPatches(transport).cosines(direction)[:, None] * SUNLIGHT
-    irradiance = sun.astype(np.float32) + lamps
+    irradiance = sun.astype(np.float32) + lamps[:, None]
     irradiance += transport.sky @ (np.float32(np.pi) * cells())
     own = surface.exitance + surface.albedo * irradiance
-    found = asked.glow + asked.of_sun(direction, SUNLIGHT) + asked.of_irradiance(lamps)
+    found = (
+        asked.glow
+        + asked.of_sun(direction, SUNLIGHT)
+        + asked.of_fields({"lamps": lambda: lamps})["lamps"]
+    )
     agree(found + asked.of_sky(cells()), radiosity(transport, surface, own), own)
 
 
-def test_light_that_is_taken_away_is_solved_as_light_that_is_added() -> None:
-    asked, count = response(), len(open_box().areas)
+def test_fields_of_light_are_solved_by_their_name_once() -> None:
+    transport, asked = open_box(), response()
+    surface = reflectors(transport, white(0.8))
     random = np.random.default_rng(6)
-    lamps, hidden = random.uniform(0.0, 9.0, (2, count, 4)).astype(np.float32)
-    np.testing.assert_array_equal(asked.of_irradiance(-lamps), -asked.of_irradiance(lamps))
-    apart = asked.of_irradiance(lamps) - asked.of_irradiance(hidden)
-    albedo = reflectors(open_box(), white(0.8)).albedo
-    # Each may be off by as much as in ``agree``.
-    bounced = np.abs(asked.of_irradiance(lamps + hidden) - albedo * (lamps + hidden)).max()
-    found = asked.of_irradiance(lamps - hidden)
-    np.testing.assert_allclose(found, apart, rtol=1e-6, atol=2.0 * RESIDUAL * bounced)
+    first, second = random.uniform(0.0, 9.0, (2, len(transport.areas))).astype(np.float32)
+    dark = np.zeros_like(first)
+    found = asked.of_fields({"one": lambda: first, "none": lambda: dark})
+    found |= asked.of_fields({"one": lambda: second, "two": lambda: second})
+    for name, field in (("one", first), ("two", second)):
+        own = surface.albedo * field[:, None]
+        np.testing.assert_array_equal(found[name], radiosity(transport, surface, own))
+    assert not found["none"].any()
 
 
 def test_what_was_asked_before_changes_no_bit() -> None:
