@@ -53,7 +53,7 @@ class Neighbour:
         """The same at a pose in steps, as of ``pose_steps.in_steps``."""
         return replace(self, other_from_body=in_steps(self.other_from_body, reach, step))
 
-    def beside(self, lamp: SpotLight, rounded: SpotLight, gap: float) -> Neighbour:
+    def around_lamp(self, lamp: SpotLight, rounded: SpotLight, gap: float) -> Neighbour:
         """The same as it stands to a lamp whose place is rounded: what carries the lamp goes with
         it, and is turned in steps.
 

@@ -330,7 +330,7 @@ def _lamps(surface: _Surface, incident: IncidentLight) -> list[_FieldOfLight]:
     for lamp in incident.lamps:
         gap = surface.lamps.gap(lamp)
         rounded = lamp.in_steps(gap)
-        others = [other.beside(lamp, rounded, gap) for other in incident.around]
+        others = [other.around_lamp(lamp, rounded, gap) for other in incident.around]
         before = [other for other in others if reaches_into(other.blocker(), rounded)]
         blockers = [other.blocker() for other in before]
         lights.append(

@@ -238,10 +238,10 @@ def earth_share(matrix: GatherMatrix, cell_radiance: Array32 | None) -> Array32:
     bands = cell_radiance.mean(axis=1)
     # Not by BLAS: its threads keep the cores busy while they wait for the next product.
     free = np.einsum("bc,c->b", matrix.all_sky, bands)
-    seen, least = matrix.open_sky
+    seen, one = matrix.open_sky
     share = seen @ bands
     share *= np.take(np.float32(1.0) / np.maximum(free, np.float32(1e-30)), matrix.sky_rays_row)
-    share += least
+    share += one
     share = np.take(share, matrix.rows)
     if matrix.between is not None:
         between = matrix.between

@@ -16,7 +16,7 @@ from simgl.radiosity.between_spacecraft import (
 )
 from simgl.radiosity.convex_transport import convex_transport
 from simgl.radiosity.near_body import NearBody, standing_rows
-from simgl.radiosity.pose_steps import in_steps
+from simgl.radiosity.pose_steps import in_steps, without_noise
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.view.near_spacecraft import near_groups
 from tests.radiosity.near_spacecraft import (
@@ -193,3 +193,20 @@ def test_poses_in_steps_are_within_half_of_one() -> None:
             stepped = in_steps(matrix, gap, step)
             assert np.abs(stepped - matrix).max() <= 0.5 * step * gap
             np.testing.assert_array_equal(in_steps(stepped, gap, step), stepped)
+
+
+def test_poses_that_differ_by_rounding_errors_are_one() -> None:
+    """Places 7000 km from the Earth's centre are known to 1e-9 m, their differences to some."""
+    rng = np.random.default_rng(8)
+    for gap in (0.5, 21.0, 900.0):
+        pose = np.eye(4)
+        pose[:3, :3] = Rotation.from_rotvec(rng.normal(size=3)).as_matrix()
+        pose[:3, 3] = gap * rng.normal(size=3)
+        kept = without_noise(pose)
+        # Half of a micrometre and half of a nanoradian, and less than twice that.
+        np.testing.assert_allclose(kept[:3, 3], pose[:3, 3], rtol=0.0, atol=1e-6)
+        np.testing.assert_allclose(kept[:3, :3], pose[:3, :3], rtol=0.0, atol=1e-9)
+        # What is in the middle of a step stays in it.
+        noise = 1e-16 * rng.normal(size=(4, 4))
+        noise[:3, 3] *= 1e8
+        np.testing.assert_array_equal(without_noise(kept + noise), kept)

@@ -90,11 +90,11 @@ def test_what_carries_a_lamp_goes_with_it_when_it_is_rounded() -> None:
     first = next(iter(state.bodies.values()))
     (other,) = incident_light(state, first).around
     back = np.linalg.inv(other.other_from_body)
-    on_it, beside_it = (back @ (*place, 1.0) for place in ((0.0, 0.1, 0.5), (0.0, 9.0, 0.0)))
-    for place, carried in ((on_it[:3], True), (beside_it[:3], False)):
+    on_it, off_it = (back @ (*place, 1.0) for place in ((0.0, 0.1, 0.5), (0.0, 9.0, 0.0)))
+    for place, carried in ((on_it[:3], True), (off_it[:3], False)):
         lamp = replace(LAMP, place=place)
         rounded = lamp.in_steps(3.0)
-        there = other.beside(lamp, rounded, 3.0).other_from_body
+        there = other.around_lamp(lamp, rounded, 3.0).other_from_body
         if carried:
             before, after = (
                 m @ (*p, 1.0) for m, p in ((other.other_from_body, place), (there, rounded.place))
