@@ -40,7 +40,7 @@ STEP, FINE_STEP = 1.0 / 32.0, 1.0 / 4096.0
 class Clusters:
     """What a body sends light as, in its own axes.
 
-    middle, facing : (c, 3) and their mean normals; areas : (c,) as seen along these [m2]
+    middle, facing : (c, 3) and their mean normals; areas : (c,) [m2]
     """
 
     middle: Array32
@@ -221,12 +221,10 @@ def light_path(receiver: NearBody, sender: NearBody, sender_from_receiver: Array
         (np.ones(len(samples), dtype=np.float32), (np.arange(len(samples)), samples // SAMPLES)),
         shape=(len(samples), len(sender.transport.areas)),
     )
-    facing = means @ sender.samples[1][open_]
     clusters = Clusters(
         middle=(means @ sender.samples[0][open_]).astype(np.float32),
-        facing=unit_rows(facing).astype(np.float32),
-        # Of a bent surface less is seen than there is.
-        areas=(areas * np.linalg.norm(facing, axis=1)).astype(np.float32),
+        facing=unit_rows(means @ sender.samples[1][open_]).astype(np.float32),
+        areas=areas.astype(np.float32),
     )
     ends = _Ends.of(sender.samples[0][open_], number, count)
     places, outwards, _ = receiver.places
