@@ -64,9 +64,9 @@ _PALETTE, _FINE = 32, 16
 
 def _edge(sizes: Sequence[int]) -> int:
     """Texels along an edge of an array of images with so many: a power of two."""
-    least = _power_of_two(max(sizes))
-    changed = [_FINE * size for size in sizes if size <= _PALETTE and size not in (1, least)]
-    return _power_of_two(max([least, *changed]))
+    smallest = _power_of_two(max(sizes))
+    changed = [_FINE * size for size in sizes if size <= _PALETTE and size not in (1, smallest)]
+    return _power_of_two(max([smallest, *changed]))
 
 
 def _power_of_two(size: int) -> int:
