@@ -180,6 +180,8 @@ class GltfFile:
         With its (4, 4) file_from_node matrix and the indices of the nodes from the root to it.
         """
 
+        if not self.gltf.scenes:
+            raise AssetError(f"{self.path}: holds no scene")
         roots = self.item("scene", self.gltf.scenes, self.gltf.scene).nodes
         self._check_tree(roots)
         local = {}

@@ -69,13 +69,14 @@ class _Part:
         return AssetError(f'{self._file.path}: part "{self.name}" {problem}')
 
     def pieces(self, mesh: int) -> list[_Piece]:
-        """Its primitives."""
+        """Its primitives, but for points and lines."""
         primitives = self._file.item("mesh", self._file.gltf.meshes, mesh).primitives
-        return [self._piece(primitive) for primitive in primitives]
+        surfaces = [one for one in primitives if one.mode >= schema.TRIANGLES]
+        if len(surfaces) < len(primitives):
+            self.notes.append(f'part "{self.name}": points and lines are not drawn')
+        return [self._piece(primitive) for primitive in surfaces]
 
     def _piece(self, primitive: schema.Primitive) -> _Piece:
-        if primitive.mode != schema.TRIANGLES:
-            raise self._error("is not made of triangles")
         given = primitive.attributes
         points = self._file.array(given.position, "VEC3", FLOAT) @ self._linear.T + self._offset
         chosen = primitive.material
@@ -114,11 +115,12 @@ class _Part:
             corners = np.arange(count)
         else:
             corners = self._file.array(primitive.indices, "SCALAR", UNSIGNED).ravel()
-        if len(corners) % 3:
+        joined = primitive.mode != schema.TRIANGLES
+        if len(corners) < 3 if joined else len(corners) % 3:
             raise self._error("ends within a triangle")
         if corners.max() >= count:
             raise self._error("has an index past its vertices")
-        index = corners.astype(np.int64).reshape(-1, 3)
+        index = _separate(corners.astype(np.int64), primitive.mode)
         return index[:, ::-1] if self._volume < 0.0 else index
 
     def _uv(self, given: schema.Attributes, material: int | None, count: int) -> Array | None:
@@ -147,18 +149,34 @@ class _Part:
         return np.concatenate([colour, np.ones((count, 4 - colour.shape[1]))], axis=1)
 
 
+def _separate(corners: IndexArray, mode: int) -> IndexArray:
+    """(m, 3) triangles of the corners (n,) of a primitive, by the glTF specification."""
+    first = np.arange(len(corners) - 2)
+    if mode == schema.TRIANGLE_STRIP:
+        odd = first % 2
+        return corners[np.stack([first, first + 1 + odd, first + 2 - odd], axis=1)]
+    if mode == schema.TRIANGLE_FAN:
+        return corners[np.stack([first + 1, first + 2, 0 * first], axis=1)]
+    return corners.reshape(-1, 3)
+
+
 def _size(file: GltfFile, mesh: int) -> IndexArray:
     """(2,) triangles and vertices of a mesh, as its accessors count them, before any is read."""
     sizes = np.zeros(2, dtype=np.int64)
     accessors = file.gltf.accessors
     for primitive in file.item("mesh", file.gltf.meshes, mesh).primitives:
+        if primitive.mode < schema.TRIANGLES:
+            continue
         vertices = file.item("accessor", accessors, primitive.attributes.position).count
         corners = vertices
         if primitive.indices is not None:
             corners = file.item("accessor", accessors, primitive.indices).count
         # Flat facets share no vertices.
         flat = primitive.attributes.normal is None
-        sizes += min(corners, _HUGE) // 3, min(corners if flat else vertices, _HUGE)
+        # A strip has a triangle for each corner.
+        joined = primitive.mode != schema.TRIANGLES
+        triangles = min(corners, _HUGE) if joined else min(corners, _HUGE) // 3
+        sizes += triangles, min(3 * triangles if flat else vertices, _HUGE)
     return sizes
 
 
@@ -237,18 +255,20 @@ def read_gltf(
         if node.mesh is None:
             continue
         part = _Part(file, palette, node.name or f"part_{len(parts)}", body_from_root @ matrix)
-        names[ancestry[-1]] = part.name
-        for number in ancestry:
-            carried.setdefault(number, []).append(len(parts))
         sizes = sizes + _size(file, node.mesh)
         check_size(str(path), int(sizes[0]), int(sizes[1]), len(parts) + 1)
         pieces_of_part = part.pieces(node.mesh)
+        notes += part.notes
+        if not pieces_of_part:
+            continue
+        names[ancestry[-1]] = part.name
+        for number in ancestry:
+            carried.setdefault(number, []).append(len(parts))
         pieces += pieces_of_part
         owners += [len(parts)] * len(pieces_of_part)
         parts.append(part.name)
-        notes += part.notes
     if not pieces:
-        raise AssetError(f"{path}: holds no mesh")
+        raise AssetError(f"{path}: holds no mesh of triangles")
     return SpacecraftModel(
         name=name,
         mesh=_mesh(path, palette, pieces, owners),

@@ -24,7 +24,8 @@ READ_EXTENSIONS = (
     "KHR_texture_transform",
 )
 
-TRIANGLES = 4
+# Modes of primitives; those below are points and lines.
+TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN = 4, 5, 6
 
 
 class Object(Struct, frozen=True, rename="camel", kw_only=True):
@@ -167,12 +168,12 @@ class Attributes(Object, frozen=True, rename="upper"):
 
 
 class Primitive(Object, frozen=True):
-    """Triangles of one material."""
+    """Triangles of one material; points and lines, which are not drawn."""
 
     attributes: Attributes
     indices: Index | None = None
     material: Index | None = None
-    mode: int = TRIANGLES
+    mode: Annotated[int, Meta(ge=0, le=TRIANGLE_FAN)] = TRIANGLES
 
 
 class Mesh(Object, frozen=True):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
@@ -54,6 +56,19 @@ def _and_around(count: int, wanted: int, wrap: int) -> tuple[IndexArray, int]:
     return np.clip(index, 0, count - 1), more
 
 
+# Of a palette, texel by texel the colours of parts, whose middles are looked up: as many texels at
+# most along an edge, and so many in place of each where the size changes. A middle then mixes with
+# 1/32 of its neighbours.
+_PALETTE, _FINE = 32, 16
+
+
+def _edge(sizes: Sequence[int]) -> int:
+    """Texels along an edge of an array of images with so many: a power of two."""
+    smallest = _power_of_two(max(sizes))
+    changed = [_FINE * size for size in sizes if size <= _PALETTE and size not in (1, smallest)]
+    return _power_of_two(max([smallest, *changed]))
+
+
 def _power_of_two(size: int) -> int:
     return 1 << (size - 1).bit_length()
 
@@ -85,8 +100,8 @@ class TextureStore:
     def _array(self, images: tuple[Image, ...]) -> moderngl.TextureArray:
         """All images of a kind at one size, a power of two, so that each level halves the last."""
         images = images or (_EMPTY,)
-        width = _power_of_two(max(image.values.shape[1] for image in images))
-        height = _power_of_two(max(image.values.shape[0] for image in images))
+        width = _edge([image.values.shape[1] for image in images])
+        height = _edge([image.values.shape[0] for image in images])
         content = b"".join(resampled(image, width, height).tobytes() for image in images)
         channels = images[0].values.shape[2]
         size = (width, height, len(images))

@@ -28,6 +28,8 @@ _WIDTH, _PAIRS, _LIMITS = 0.25, 800_000, (64, 1024)
 # Clusters that would fill less of a hemisphere do not count. They are looked for from so many
 # places together, few enough for the processor's cache.
 _SMALLEST, _ROWS = 1e-6, 2048
+# Of a cluster, area over pi times the square of its distance up to which the first order tells.
+_LARGEST = np.float32(0.5)
 # Shares of their distance and turns [rad]: which places see which clusters is known in such steps
 # of the pose of one to the other, and how much of a hemisphere those fill in these small ones.
 STEP, FINE_STEP = 1.0 / 32.0, 1.0 / 4096.0
@@ -75,16 +77,26 @@ class SeenPairs:
         """(k,) of the hemisphere above each point, weighted by the cosine, that a cluster fills,
         as a disc of its area, times the point's part.
 
+        Of a disc seen along its normal this is exact, otherwise to the first order of its area over
+        pi times the square of its distance: the mean of what its places give, by the Laplacian of
+        that over its plane.
+
         clusters : in the receiver's axes
         """
         offset = np.take(clusters.middle, self.cluster, axis=0)
         offset -= np.take(self.points, self.point, axis=0)
-        here = np.einsum("ij,ij->i", offset, np.take(self.normals, self.point, axis=0))
-        towards = -np.einsum("ij,ij->i", offset, np.take(clusters.facing, self.cluster, axis=0))
+        normal = np.take(self.normals, self.point, axis=0)
+        facing = np.take(clusters.facing, self.cluster, axis=0)
+        here = np.maximum(np.einsum("ij,ij->i", offset, normal), 0.0)
+        towards = np.maximum(-np.einsum("ij,ij->i", offset, facing), 0.0)
         areas = np.take(clusters.areas, self.cluster)
         square = np.maximum(np.einsum("ij,ij->i", offset, offset), np.float32(1e-9))
-        share = np.maximum(here, 0.0) * np.maximum(towards, 0.0) * areas
-        share /= square * (np.float32(np.pi) * square + areas)
+        size = areas / (np.float32(np.pi) * square)
+        more = here * (1.0 - 3.0 * towards * towards / square)
+        more -= towards * np.einsum("ij,ij->i", normal, facing)
+        less = here * here / np.maximum(here - size * np.minimum(more, 0.0), np.float32(1e-30))
+        share = less + np.minimum(size, _LARGEST) * np.maximum(more, 0.0)
+        share *= towards * size / square
         # Discs nearby would overlap.
         filled = np.bincount(self.point, share, minlength=len(self.points))
         scale = self.parts / np.maximum(filled, 1.0).astype(np.float32)
@@ -266,7 +278,8 @@ def _towards(sender: NearBody, receiver: NearBody, turn: Array, shift: Array) ->
     points, normals, _, _ = sender.samples
     mesh = receiver.model.posed_mesh
     corners = np.stack([mesh.hull.min(axis=0), mesh.hull.max(axis=0)])
-    looks = np.concatenate([mesh.centre[None], [0.5 * (mesh.centre + c) for c in _eight(corners)]])
+    around = _eight(corners)
+    looks = np.concatenate([mesh.centre[None], 0.5 * (mesh.centre + around), around])
     tracer = ray_tracer(sender.model.posed_mesh)
     seen = np.zeros(len(points), dtype=np.bool_)
     for look in looks @ turn.T + shift:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
 
@@ -14,7 +13,8 @@ from simgl.camera.camera import Camera
 from simgl.physics.frames import norm
 from simgl.sample_grid import PIXEL_CENTRES, SampleGrid, choose_sample_grid, target_samples
 from simgl.scene.mesh import hull_edges
-from simgl.view.image_box import Box
+from simgl.view.depth_slices import NEAREST, depth_slices
+from simgl.view.image_box import Box, overlap, union
 from simgl.view.lit_limbs import Limb, limb_boxes
 from simgl.view.small_targets import CELL as WINDOW_CELL
 from simgl.view.small_targets import (
@@ -33,14 +33,12 @@ from simgl.view.spacecraft_view import (
     settled_view,
 )
 
-# Nothing closer to the pinhole than this is drawn [m].
-NEAREST = 0.01
-# One 24-bit depth buffer covers distances up to this ratio: steps of 4e-6 of the distance.
-SLICE_RATIO = 64.0
 # Beyond every image, on either side.
 _BEYOND = (-1e9, 1e9)
 # Of an outline seen edge on [px^2].
 _MIN_AREA = 1e-9
+# Of the samples that a small target needs: with so many its light is right to one percent.
+_ENOUGH = 1.0 / 16.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -128,7 +126,7 @@ def pixel_centre_tile(spacecraft: tuple[SpacecraftView, ...], camera: Camera) ->
     d = camera.detector
     depths = np.concatenate([hull_in_camera(one)[:, 2] for one in spacecraft])
     box = 0, 0, d.width, d.height
-    return tile_of(box, spacecraft, _depth_slices(depths), camera, PIXEL_CENTRES)
+    return tile_of(box, spacecraft, depth_slices(depths), camera, PIXEL_CENTRES)
 
 
 def _float32(values: Array) -> Array32:
@@ -275,16 +273,33 @@ class _Group:
         return float(self.hull[:, 2].min()), float(self.hull[:, 2].max())
 
     def joined(self, other: _Group) -> _Group:
-        return _Group(targets=self.targets + other.targets, box=_union(self.box, other.box))
+        return _Group(targets=self.targets + other.targets, box=union(self.box, other.box))
 
 
 def _share_pixels(a: _Group, b: _Group) -> bool:
-    return _overlap(a.box, b.box)
+    return overlap(a.box, b.box)
 
 
-def _share_pixels_and_depth(a: _Group, b: _Group) -> bool:
+def _share_depth(a: _Group, b: _Group) -> bool:
     (near_a, far_a), (near_b, far_b) = a.depths, b.depths
-    return _share_pixels(a, b) and near_a <= far_b and near_b <= far_a
+    return near_a <= far_b and near_b <= far_a
+
+
+def _must_share(group: _Group, small: _Group, sample_budget: int) -> bool:
+    """Whether a small target is to be drawn on a group's raster.
+
+    Laid over it by its share of a pixel, a target would hide as much of what the group shows on
+    either side of an edge there, and of the shadow that it casts. It is drawn with it where the
+    raster tells its light, and where they may pass through each other.
+    """
+    if not _share_pixels(group, small):
+        return False
+    x0, y0, x1, y1 = union(group.box, small.box)
+    (one,) = small.targets
+    samples, pixels = _ENOUGH * one.samples, (x1 - x0) * (y1 - y0)
+    if not is_small(one.outline, one.area, pixels, samples, sample_budget):
+        return True
+    return _share_depth(group, small)
 
 
 def _outlines_overlap(a: _Group, b: _Group) -> bool:
@@ -329,7 +344,7 @@ def raster_tiles(
     small = {id(one) for one in targets if (one.settled or one).is_small(sample_budget)}
     for one in sorted(targets, key=lambda one: id(one) in small):
         group = _Group(targets=(one,), box=one.box)
-        if id(one) not in small or any(_share_pixels_and_depth(other, group) for other in groups):
+        if id(one) not in small or any(_must_share(o, group, sample_budget) for o in groups):
             groups = _join(groups, group, _share_pixels)
         else:
             # The rows of a few pixels see it at one time.
@@ -345,7 +360,7 @@ def raster_tiles(
         needed = max(one.samples_per_pixel for one in group.targets)
         sample_grid = choose_sample_grid(pixels, sample_budget, samples_per_pixel, needed)
         together = tuple(one.view for one in group.targets)
-        slices = _depth_slices(group.hull[:, 2])
+        slices = depth_slices(group.hull[:, 2])
         tile = tile_of(group.box, together, slices, camera, sample_grid)
         limbs = [one.limb for one in group.targets]
         cuts = limb_boxes(group.box, sample_grid, limbs, sample_budget)
@@ -368,16 +383,8 @@ def _window_tile(group: _Group, camera: Camera, *, with_lamps: bool) -> RasterTi
         views, hull = (replace(views[0], camera_from_body=_float32(matrix)),), hull + step
     samples = max(one.samples for one in group.targets)
     window = raster_window(hull, factor, camera, samples)
-    slices = _depth_slices(hull[:, 2])
+    slices = depth_slices(hull[:, 2])
     return tile_of(group.box, views, slices, camera, window.sample_grid, window)
-
-
-def _overlap(a: tuple[int, int, int, int], b: tuple[int, int, int, int]) -> bool:
-    return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
-
-
-def _union(a: tuple[int, int, int, int], b: tuple[int, int, int, int]) -> tuple[int, int, int, int]:
-    return min(a[0], b[0]), min(a[1], b[1]), max(a[2], b[2]), max(a[3], b[3])
 
 
 def tile_of(
@@ -449,13 +456,3 @@ def _edges(tile_from_camera: Array, width: int, height: int) -> Array32:
     edges = np.zeros((4, 4))
     edges[:, :3] = x + 0.5 * one, (width + 0.5) * one - x, y + 0.5 * one, (height + 0.5) * one - y
     return _float32(edges)
-
-
-def _depth_slices(depths: Array) -> tuple[tuple[float, float], ...]:
-    """Near and far of the depth slices that hold the given depths [m], farthest first."""
-    near = max(float(depths.min()) * 0.999, NEAREST)
-    far = max(float(depths.max()) * 1.001, 2.0 * near)
-    count = int(np.ceil(np.log(far / near) / np.log(SLICE_RATIO)))
-    edges = np.geomspace(near, far, count + 1)
-    # Neighbours overlap by 1e-4, so that rounding leaves no crack between them.
-    return tuple((float(a), float(b) * 1.0001) for a, b in pairwise(edges))[::-1]

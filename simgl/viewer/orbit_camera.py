@@ -12,7 +12,7 @@ from simgl.arrays import Array
 from simgl.physics.frames import Pose, lvlh_from_icrf
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import SceneState
-from simgl.view.raster_tiles import NEAREST
+from simgl.view.depth_slices import NEAREST
 
 FIELD_OF_VIEW = math.radians(40.0)  # full, vertical
 

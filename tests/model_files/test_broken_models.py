@@ -58,7 +58,11 @@ PRIMITIVE = ("meshes", 0, "primitives", 0)
             _put("nodes", 0, "translation", value=[1e300, 0, 0]),
             "holds vertices that are not finite",
         ),
-        (_put(*PRIMITIVE, "mode", value=1), 'part "facet" is not made of triangles'),
+        (_put(*PRIMITIVE, "mode", value=1), "holds no mesh of triangles"),
+        (
+            _put(*PRIMITIVE, "mode", value=7),
+            "meshes[0].primitives[0].mode must be a whole number <= 6, got 7",
+        ),
         (_put(*PRIMITIVE, "material", value=0), "names material 0, but holds only 0"),
         (
             _put(*PRIMITIVE, "indices", value=0),
@@ -93,7 +97,7 @@ PRIMITIVE = ("meshes", 0, "primitives", 0)
             'material "material_0": reflectance and metallic lie in 0..1, got 2',
         ),
         (_put("meshes", value=[]), "names mesh 0, but holds only 0"),
-        (_put("nodes", value=[{}]), "holds no mesh"),
+        (_put("nodes", value=[{}]), "holds no mesh of triangles"),
     ],
 )
 def test_a_broken_gltf_file_is_refused_in_one_line(
@@ -160,7 +164,7 @@ def test_a_glb_whose_chunks_contradict_its_length_is_refused(tmp_path: Path) -> 
             "is not a glTF file (JSON is malformed: object keys must be strings (byte 1))",
         ),
         ("a.gltf", "[1, 2]", "must be a table, got [1, 2]"),
-        ("a.gltf", "{}", "names scene 0, but holds only 0"),
+        ("a.gltf", "{}", "holds no scene"),
         ("a.obj", "a text\nof two lines\n", "holds no triangles; is it a whole OBJ file?"),
         ("a.obj", "", "holds no triangles; is it a whole OBJ file?"),
         ("a.obj", "v 0 0 0\nv 1 0 0\nf 1 2 9\n", "is not a readable OBJ file"),

@@ -152,6 +152,41 @@ def test_a_doubly_sided_material_opens_the_model(tmp_path: Path) -> None:
     assert load_model(str(document.write_gltf(tmp_path / "open.gltf"))).open_sheets
 
 
+@pytest.mark.parametrize(
+    ("mode", "order"),
+    [
+        (5, [0, 1, 3, 2, 4]),  # strip
+        (6, [0, 1, 2, 4, 3]),  # fan
+    ],
+)
+def test_strips_and_fans_face_the_side_that_the_format_says(
+    mode: int, order: list[int], tmp_path: Path
+) -> None:
+    """A flat pentagon, counter-clockwise seen from above; its edges as lines are a note."""
+    ring = [[0, 0, 0], [2, 0, 0], [3, 1, 0], [0, 2, 0], [2, 2, 0]]
+    document = Document()
+    surface = {"POSITION": document.accessor(ring)}
+    corners = document.accessor(order, UNSIGNED_SHORT)
+    mesh = document.mesh(attributes=surface, indices=corners, mode=mode)
+    edges = {"attributes": surface, "mode": 2}
+    document.json["meshes"][mesh]["primitives"].append(edges)
+    document.json["meshes"].append({"primitives": [edges]})
+    document.json["nodes"] = [
+        {"name": "plate", "mesh": mesh, "children": [1]},
+        {"name": "rim", "mesh": mesh + 1},
+    ]
+    model = load_model(str(document.write_glb(tmp_path / "a.glb")))
+    corner = model.mesh.positions[model.mesh.triangles].astype(float)
+    crosses = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    assert len(crosses) == 3
+    assert np.all(crosses[:, 2] > 0.0)
+    assert model.parts == ("plate",)
+    assert [b.name for b in model.branches] == ["plate"]
+    assert model.notes == tuple(
+        f'part "{name}": points and lines are not drawn' for name in ("plate", "rim")
+    )
+
+
 def test_an_obj_in_millimetres_comes_in_as_flat_facets_in_metres(tmp_path: Path) -> None:
     path = tmp_path / "plate.obj"
     # A comment in another encoding and a material that is not there do no harm.

@@ -375,6 +375,23 @@ def test_an_image_beside_a_larger_one_is_interpolated_across_its_edges(
     np.testing.assert_array_equal(four, [ends[0], 0.25, 0.75, ends[1]])
 
 
+@pytest.mark.parametrize(("count", "beside"), [(3, 1), (10, 1), (4, 8)])
+def test_the_middle_of_a_texel_of_a_palette_has_its_colour(
+    gl: moderngl.Context, tmp_path: Path, count: int, beside: int
+) -> None:
+    """Whatever the number of texels and the size of the model's other images."""
+    chosen = count // 2
+    palette = np.full((1, count, 3), 255)
+    palette[0, chosen] = 0
+    document = square(uv=[((chosen + 0.5) / count, 0.5)] * 4)
+    images = [document.texture(palette), document.texture(np.full((1, beside, 3), 255))]
+    document.json["materials"] = [plain(baseColorTexture={"index": index}) for index in images]
+    shown = view(gl, document, tmp_path / "a.glb")[64, 64] / from_sun(1.0)
+    black = from_sun(0.0) / from_sun(1.0)
+    # 1/32 of what is between black and white around it.
+    assert np.all(np.abs(shown - black) < 1.01 * (1.0 - black) / 32.0)
+
+
 @pytest.mark.parametrize("double_sided", [False, True])
 def test_a_mirrored_part_gives_the_mirror_image(
     gl: moderngl.Context, tmp_path: Path, double_sided: bool

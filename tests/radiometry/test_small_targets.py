@@ -123,6 +123,23 @@ def test_a_distorting_lens_keeps_a_small_target(gl: moderngl.Context) -> None:
     assert sums[1:] == pytest.approx([sums[0]] * 2, rel=0.005)
 
 
+@pytest.mark.parametrize("samples", SAMPLINGS)
+def test_a_small_target_hides_the_part_that_it_covers_and_shades(
+    gl: moderngl.Context, samples: int | None
+) -> None:
+    """A black plate of 1.5 px, 3 m before a white one of 3 px, in front of one of its edges.
+
+    The Sun is behind the camera: what is in the shadow is hidden as well, and counts once.
+    """
+    size_px, away = 3.0, FOCAL_PX / 3.0
+    black = {"plate": {"width_m": 0.5, "height_m": 0.5, "material": lambert(0.0)}}
+    bodies = {"white": at(PLATE, X, Y, away), "black": at(black, X + 1.5, Y, away - 3.0)}
+    covered = 0.5 * (0.5 * FOCAL_PX / (away - 3.0)) ** 2
+    expected = IN_BANDS * ALBEDO / np.pi * (size_px**2 - covered)
+    with Simulator(view(bodies), gl) as simulator:
+        assert light(simulator, view(bodies), samples).sum() == pytest.approx(expected, rel=0.01)
+
+
 def test_what_stands_before_a_small_target_hides_it(gl: moderngl.Context) -> None:
     """A plate of 340 px, a ball of 0.05 px: behind it, beside it and before it."""
     plate = {"plate": at(PLATE, 0.0, 0.0, 10.0)}
