@@ -21,6 +21,7 @@ LAYERS = (
     ),
     (
         "assets",
+        "chebyshev",
         "decoded_files",
         "figure_style",
         "html_table",
