@@ -46,7 +46,7 @@ LONGEST_WAY = 400.0
 LONGEST_WAY_IN_ROWS = 60.0
 # How far the ends of a way in one snapshot may be off an even motion through its middle: so many
 # pixels in all, or one in so many of the way. A way that turns back is none from end to end.
-_LEAST_BEND, _BENDS = 0.25, 4.0
+_MIN_BEND, _BENDS = 0.25, 4.0
 # Steps in which the snapshot grows around the image, so that its textures last [px].
 _MARGIN_STEP = 16
 
@@ -283,7 +283,7 @@ def _uneven(states: tuple[SceneState, SceneState, SceneState], name: str, expose
         bend = exposed**2 * np.abs(last + first - 2.0 * middle).max()
         way = exposed * np.abs((last - first).mean(axis=0)).max()
         if np.isfinite(bend):
-            count = max(count, min(np.sqrt(bend / _LEAST_BEND), _BENDS * bend / max(way, 1e-6)))
+            count = max(count, min(np.sqrt(bend / _MIN_BEND), _BENDS * bend / max(way, 1e-6)))
     return float(count)
 
 
