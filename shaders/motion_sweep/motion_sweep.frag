@@ -112,6 +112,9 @@ void main() {
     // Where next to nothing moves, a step is more than the whole exposure.
     curve *= min(1.0 / (speed * speed), span * span);
 #ifdef FINE
+    // Places are whole pixels apart, as far on either side: weights put their middle where it belongs.
+    float lag = dot(curve * before, vec2(across.yx));
+    curve -= lag * before;
     // The middle lies in a pixel's.
     ivec2 here = ivec2(place);
 #ifdef COVERED
@@ -124,7 +127,13 @@ void main() {
 #endif
     float i = 1.0;
     do {
-        Seen both = SEEN(place - i * (before - i * curve)) + SEEN(place + i * (before + i * curve));
+        Seen ago = SEEN(place - i * (before - i * curve)), next = SEEN(place + i * (before + i * curve));
+#ifdef FINE
+        float later = clamp(i * lag, -1.0, 1.0);
+        Seen both = (1.0 - later) * ago + (1.0 + later) * next;
+#else
+        Seen both = ago + next;
+#endif
         sum += (i < last ? 1.0 : i > last ? 0.0 : weight) * both;
     } while (++i <= float(count));
     sum *= span * share / (2.0 * last - 1.0 + 2.0 * weight);

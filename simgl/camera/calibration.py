@@ -1,19 +1,17 @@
-"""Calibrations of cameras: read from files of OpenCV, ROS and Kalibr, and written as these.
+"""Calibrations of cameras, read from files of OpenCV, ROS and Kalibr.
 
 These tools count pixel coordinates from the centre of the first pixel, simgl from its corner: half
-a pixel is added or taken off here, and nowhere else.
+a pixel is added here, taken off in ``calibration_text``, and nowhere else.
 """
 
 from __future__ import annotations
 
-import dataclasses
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NoReturn
 
-from simgl.camera.camera import Camera
 from simgl.camera.lens_schema import MAX_TILT
 from simgl.camera.projections import Distortion, DoubleSphere, Fisheye, Projection
 from simgl.config.validation import LARGEST, shown
@@ -21,9 +19,9 @@ from simgl.config.yaml_files import at_key, read_yaml
 from simgl.errors import ConfigError, did_you_mean
 
 # Order of the coefficients in OpenCV, which has the first 4, 5, 8, 12 or 14 of them.
-_OPENCV = (*("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"),
+OPENCV = (*("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"),
            *("s1", "s2", "s3", "s4", "tau_x", "tau_y"))  # fmt: skip
-_OPENCV_COUNTS = (4, 5, 8, 12, 14)
+OPENCV_COUNTS = (4, 5, 8, 12, 14)
 _FISHEYE = ("k1", "k2", "k3", "k4")
 # What OpenCV's samples, ROS and scripts call the entries of a file.
 _MATRIX = ("camera_matrix", "Camera_Matrix", "cameraMatrix", "K", "k")
@@ -38,6 +36,9 @@ _KALIBR_MODELS = {
     "omni": ("xi", "fu", "fv", "pu", "pv"),
     "ds": ("xi", "alpha", "fu", "fv", "pu", "pv"),
 }
+# The second ones are those of the sensor files of EuRoC, which are Kalibr's otherwise.
+_KALIBR_COEFFICIENTS = ("distortion_coeffs", "distortion_coefficients")
+_KALIBR_RADTAN = ("radtan", "radial-tangential")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -170,7 +171,7 @@ def _from_opencv(entries: _Entries) -> Calibration:
 def _opencv_distortion(entries: _Entries) -> Projection | None:
     table = entries.table
     fisheye = False
-    counts: Sequence[int] = _OPENCV_COUNTS
+    counts: Sequence[int] = OPENCV_COUNTS
     if "fisheye_model" in table:
         fisheye = entries.number("fisheye_model", table["fisheye_model"]) != 0.0
     if "distortion_model" in table:
@@ -193,10 +194,10 @@ def _opencv_distortion(entries: _Entries) -> Projection | None:
     if values and len(values) not in counts:
         allowed = " or ".join(map(str, counts))
         entries.fail(name, f"must hold {allowed} numbers, got {len(values)}")
-    tilts = values[-2:] if len(values) == len(_OPENCV) else ()
+    tilts = values[-2:] if len(values) == len(OPENCV) else ()
     if not all(abs(tilt) <= MAX_TILT for tilt in tilts):
         entries.fail(name, f"must end with tilts within +-{MAX_TILT:g} rad, got {shown([*tilts])}")
-    return _pinhole(dict(zip(_OPENCV, values, strict=False)))
+    return _pinhole(dict(zip(OPENCV, values, strict=False)))
 
 
 def _pinhole(values: Mapping[str, float]) -> Distortion | None:
@@ -236,17 +237,9 @@ def _from_kalibr(where: str, chain: Mapping[str, Any], camera: str | None) -> Ca
     if model != "pinhole" and distortion is not None:
         problem = f'must be "none" with camera_model: {model}, got {shown(_kalibr_model(entries))}'
         entries.fail("distortion_model", problem)
-    if model == "ds":
-        distortion = DoubleSphere(xi=special[0], alpha=special[1])
-    elif model == "omni":
-        # One sphere is a double sphere without the second one's offset.
-        distortion = DoubleSphere(xi=0.0, alpha=special[0] / (1.0 + special[0]))
-        fx, fy = fx / (1.0 + special[0]), fy / (1.0 + special[0])
-    if isinstance(distortion, DoubleSphere) and not (
-        distortion.xi > -1.0 and 0.0 <= distortion.alpha <= 1.0
-    ):
-        problem = f"must hold xi above -1 and alpha in 0..1, got {shown([*special])}"
-        entries.fail("intrinsics", problem)
+    if special:
+        distortion, longer = _spheres(entries, special)
+        fx, fy = fx / longer, fy / longer
     resolution = entries.numbers("resolution")
     if len(resolution) != 2:
         entries.fail("resolution", f"must hold width and height, got {len(resolution)} numbers")
@@ -259,186 +252,41 @@ def _from_kalibr(where: str, chain: Mapping[str, Any], camera: str | None) -> Ca
     )
 
 
+def _spheres(entries: _Entries, special: Sequence[float]) -> tuple[DoubleSphere, float]:
+    """The lens of one sphere, by xi, or two, by xi and alpha, and the divisor of its focal lengths.
+
+    One sphere is a double sphere without the second one's offset.
+    """
+    xi, *alpha = special
+    if alpha and not (xi > -1.0 and 0.0 <= alpha[0] <= 1.0):
+        problem = f"must hold xi above -1 and alpha in 0..1, got {shown([*special])}"
+        entries.fail("intrinsics", problem)
+    if not alpha and not xi >= 0.0:
+        entries.fail("intrinsics", f"must hold xi of at least 0, got {xi:g}")
+    if alpha:
+        return DoubleSphere(xi=xi, alpha=alpha[0]), 1.0
+    return DoubleSphere(xi=0.0, alpha=xi / (1.0 + xi)), 1.0 + xi
+
+
 def _kalibr_model(entries: _Entries) -> str:
     return entries.text("distortion_model") if "distortion_model" in entries.table else "none"
 
 
 def _kalibr_distortion(entries: _Entries) -> Projection | None:
     model = _kalibr_model(entries)
+    names = _KALIBR_COEFFICIENTS
     if model == "none":
+        given = [name for name in names if entries.table.get(name)]
+        if given and any(entries.numbers(given[0])):
+            entries.fail(given[0], "goes with a distortion_model: radtan or equidistant")
         return None
-    if model not in ("radtan", "equidistant"):
-        known = did_you_mean(model, ["radtan", "equidistant", "none"])
+    if model not in (*_KALIBR_RADTAN, "equidistant"):
+        known = did_you_mean(model, [*_KALIBR_RADTAN, "equidistant", "none"])
         entries.fail("distortion_model", f"is not read: {shown(model)}; {known}")
-    values = entries.numbers("distortion_coeffs")
+    name = entries.named(names)
+    values = entries.numbers(name)
     if len(values) != 4:
-        entries.fail("distortion_coeffs", f"must hold 4 numbers, got {len(values)}")
+        entries.fail(name, f"must hold 4 numbers, got {len(values)}")
     if model == "equidistant":
         return Fisheye(**dict(zip(_FISHEYE, values, strict=True)))
-    return _pinhole(dict(zip(_OPENCV, values, strict=False)))
-
-
-def calibration_of(camera: Camera) -> Calibration:
-    """The calibration that a camera has."""
-    k, d = camera.intrinsics.tolist(), camera.detector
-    return Calibration(
-        focal_length=(k[0][0], k[1][1]),
-        principal_point=(k[0][2], k[1][2]),
-        skew=k[0][1],
-        distortion=camera.lens.distortion,
-        size=(d.width, d.height),
-    )
-
-
-def calibration_text(camera: Camera, form: str) -> str:
-    """A camera's calibration as a file, which ``read_calibration`` reads again.
-
-    form : a key of ``FORMATS``
-
-    Raises ConfigError for a lens that the format cannot hold.
-    """
-    return FORMATS[form](camera.name, calibration_of(camera))
-
-
-def _opencv_text(name: str, its: Calibration) -> str:
-    fisheye, values = _opencv_values(name, its, "OpenCV", _OPENCV_COUNTS)
-    width, height = _size(its)
-    lines = [
-        "%YAML:1.0",
-        "---",
-        f"image_width: {width}",
-        f"image_height: {height}",
-        *_opencv_matrix("camera_matrix", 3, 3, _matrix(its)),
-        f"fisheye_model: {int(fisheye)}",
-        *_opencv_matrix("distortion_coefficients", len(values), 1, values),
-    ]
-    return _lines(lines)
-
-
-def _opencv_matrix(name: str, rows: int, columns: int, values: Sequence[float]) -> list[str]:
-    return [
-        f"{name}: !!opencv-matrix",
-        f"   rows: {rows}",
-        f"   cols: {columns}",
-        "   dt: d",
-        f"   data: {_list(values)}",
-    ]
-
-
-def _ros_text(name: str, its: Calibration) -> str:
-    fisheye, values = _opencv_values(name, its, "ROS", (5, 8))
-    model = "equidistant" if fisheye else "plumb_bob" if len(values) == 5 else "rational_polynomial"
-    width, height = _size(its)
-    (fx, fy), (cx, cy) = its.focal_length, its.principal_point
-    matrices = {
-        "camera_matrix": (3, 3, _matrix(its)),
-        "distortion_coefficients": (1, len(values), values),
-        "rectification_matrix": (3, 3, (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)),
-        "projection_matrix": (
-            *(3, 4),
-            (fx, its.skew, cx - 0.5, 0.0, 0.0, fy, cy - 0.5, 0.0, 0.0, 0.0, 1.0, 0.0),
-        ),
-    }
-    lines = [f"image_width: {width}", f"image_height: {height}", f"camera_name: {_quoted(name)}"]
-    for key, (rows, columns, data) in matrices.items():
-        if key == "distortion_coefficients":
-            lines.append(f"distortion_model: {model}")
-        lines += [f"{key}:", f"  rows: {rows}", f"  cols: {columns}", f"  data: {_list(data)}"]
-    return _lines(lines)
-
-
-def _kalibr_text(name: str, its: Calibration) -> str:
-    (fx, fy), (cx, cy), distortion = its.focal_length, its.principal_point, its.distortion
-    if its.skew != 0.0:
-        _cannot(name, "Kalibr", "skew")
-    intrinsics, camera_model, model = [fx, fy, cx - 0.5, cy - 0.5], "pinhole", "radtan"
-    values = [0.0] * 4
-    if isinstance(distortion, DoubleSphere):
-        intrinsics, camera_model = [distortion.xi, distortion.alpha, *intrinsics], "ds"
-        model, values = "none", []
-    elif distortion is not None:
-        fisheye, coefficients = _opencv_values(name, its, "Kalibr", (4,))
-        model, values = ("equidistant" if fisheye else "radtan"), list(coefficients)
-    width, height = _size(its)
-    lines = [
-        "cam0:",
-        "  cam_overlaps: []",
-        f"  camera_model: {camera_model}",
-        f"  distortion_coeffs: {_list(values)}",
-        f"  distortion_model: {model}",
-        f"  intrinsics: {_list(intrinsics)}",
-        f"  resolution: [{width}, {height}]",
-        f"  rostopic: {_quoted(f'/{name}/image_raw')}",
-    ]
-    return _lines(lines)
-
-
-# Texts of a calibration by the tool that reads them.
-FORMATS: dict[str, Callable[[str, Calibration], str]] = {
-    "opencv": _opencv_text,
-    "kalibr": _kalibr_text,
-    "ros": _ros_text,
-}
-
-
-def opencv_coefficients(name: str, its: Calibration, tool: str) -> tuple[float, ...]:
-    """A pinhole's 5 coefficients in OpenCV's order if they are 0, else 8, 12 or 14.
-
-    Raises ConfigError, which names the camera and the tool, for another lens.
-    """
-    if isinstance(its.distortion, Fisheye):
-        _cannot(name, tool, "fisheye")
-    counts = _OPENCV_COUNTS[1 if its.distortion is None else 2 :]
-    return _opencv_values(name, its, tool, counts)[1]
-
-
-def _opencv_values(
-    name: str, its: Calibration, tool: str, counts: Sequence[int]
-) -> tuple[bool, tuple[float, ...]]:
-    """Whether a lens is a fisheye, and the fewest coefficients that hold it in OpenCV's order."""
-    distortion = its.distortion
-    if isinstance(distortion, DoubleSphere):
-        _cannot(name, tool, "double_sphere")
-    if isinstance(distortion, Fisheye):
-        return True, dataclasses.astuple(distortion)
-    pinhole = Distortion() if distortion is None else distortion
-    assert isinstance(pinhole, Distortion)
-    its_values = dataclasses.asdict(pinhole)
-    values = [its_values[key] for key in _OPENCV]
-    used = max((i + 1 for i, value in enumerate(values) if value != 0.0), default=0)
-    if used > max(counts):
-        _cannot(name, tool, _OPENCV[used - 1])
-    return False, tuple(values[: min(count for count in counts if count >= used)])
-
-
-def _cannot(name: str, tool: str, what: str) -> NoReturn:
-    raise ConfigError(f"[camera.{name}]", "", f"has {what}, which files of {tool} cannot hold")
-
-
-def _size(its: Calibration) -> tuple[int, int]:
-    assert its.size is not None
-    return its.size
-
-
-def _matrix(its: Calibration) -> tuple[float, ...]:
-    (fx, fy), (cx, cy) = its.focal_length, its.principal_point
-    return fx, its.skew, cx - 0.5, 0.0, fy, cy - 0.5, 0.0, 0.0, 1.0
-
-
-def _list(values: Sequence[float]) -> str:
-    """Numbers in the fewest digits that read back to the same float64, with the point of YAML."""
-    return f"[{', '.join(_number(value) for value in values)}]"
-
-
-def _number(value: float) -> str:
-    text = repr(float(value))
-    mantissa, e, exponent = text.partition("e")
-    return f"{mantissa}{'' if '.' in mantissa else '.0'}{e}{exponent}"
-
-
-def _quoted(text: str) -> str:
-    return shown(text)
-
-
-def _lines(lines: Sequence[str]) -> str:
-    return "\n".join([*lines, ""])
+    return _pinhole(dict(zip(OPENCV, values, strict=False)))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 
 from simgl.arrays import Array
@@ -37,7 +39,7 @@ def defocus_otf(share: Array, waves: float) -> Array:
     if waves == 0.0:
         return diffraction_mtf(share)
     r = np.minimum(np.abs(share), 1.0)
-    node, weight = np.polynomial.legendre.leggauss(_PUPIL_NODES)
+    node, weight = _pupil_nodes()
     # x = (1 - r) (1 - u^2) removes the infinite slope of the root at the end.
     u = 0.5 * (node + 1.0)
     total = np.zeros_like(r)
@@ -46,6 +48,11 @@ def defocus_otf(share: Array, waves: float) -> Array:
         height = np.sqrt(np.maximum(1.0 - (x + r) ** 2, 0.0))
         total += share_of_sum * height * np.cos(8.0 * np.pi * waves * r * x) * 2.0 * at
     return 4.0 / np.pi * (1.0 - r) * total
+
+
+@cache
+def _pupil_nodes() -> tuple[Array, Array]:
+    return np.polynomial.legendre.leggauss(_PUPIL_NODES)
 
 
 def band_wavelengths(temperature: float, bands: Bands = BANDS) -> tuple[Array, Array]:

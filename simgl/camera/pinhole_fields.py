@@ -10,6 +10,7 @@ import numpy as np
 from simgl.arrays import Array, Array32, Mask
 from simgl.camera.camera import Camera
 from simgl.camera.projections import Distortion
+from simgl.chebyshev import chebyshev_interpolation, chebyshev_nodes
 from simgl.errors import ConfigError
 from simgl.lru_cache import MANY, LruCache
 
@@ -275,16 +276,17 @@ def _on_pixels(camera: Camera) -> tuple[Array, Array]:
     d = camera.detector
     before: Array | None = None
     for count in _NODES:
-        nodes = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, count))
+        nodes = chebyshev_nodes(count)
         x, y = 0.5 + nodes * (d.width - 1), 0.5 + nodes * (d.height - 1)
         values = _at_pixels(camera, *np.meshgrid(x, y))
         if not np.isfinite(values).all():
             break
         if before is not None:
-            to_all = _interpolation(len(before[0]), nodes)
+            to_all = chebyshev_interpolation(len(before[0]), nodes)
             if np.abs(to_all @ before @ to_all.T - values).max() < _HALVED_ERROR:
                 rows, columns = (
-                    _interpolation(count, np.linspace(0.0, 1.0, n)) for n in (d.height, d.width)
+                    chebyshev_interpolation(count, np.linspace(0.0, 1.0, n))
+                    for n in (d.height, d.width)
                 )
                 planes = [rows @ plane @ columns.T for plane in values]
                 return np.stack(planes[:3], axis=-1), planes[3]
@@ -308,11 +310,3 @@ def _at_pixels(camera: Camera, column: Array, row: Array) -> Array:
             area = distortion.area_per_steradian(rays) / distortion.scale**2
         solid_angle = 1.0 / (camera.lens.aspect * area)
     return np.concatenate([np.moveaxis(rays, -1, 0), solid_angle[None]])
-
-
-def _interpolation(count: int, places: Array) -> Array:
-    """(n, count) from values at Chebyshev's nodes to their polynomial's at places in 0..1."""
-    chebyshev = np.polynomial.chebyshev.chebvander
-    nodes = -np.cos(np.linspace(0.0, np.pi, count))
-    to_coefficients = np.linalg.inv(chebyshev(nodes, count - 1))
-    return chebyshev(2.0 * places - 1.0, count - 1) @ to_coefficients

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import partial
+from collections.abc import Callable
 
 import numpy as np
 
@@ -19,7 +19,10 @@ SHARP: Ramps = (0.0, 0.0, 0.0, 0.0)
 # Widths that are tried [px]; with the widest, a pixel sees no farther than its neighbours.
 _WIDTHS = np.arange(0.0, 2.01, 0.125)
 # Of the contrast, rms: where kernels without ramps leave no more, there are none.
-_EXACT = 4e-3
+_EXACT = 1e-3
+
+# Frequencies of a table of the transfer function, beyond the diagonal of those of the fit.
+_TABLE = np.linspace(0.0, 0.8, 2049)
 
 _ramps = LruCache[object, Ramps](MANY)
 
@@ -49,14 +52,29 @@ def _closest(camera: Camera) -> Ramps:
     if len(errors) == 1:
         width = float(_WIDTHS[1 + np.argmin(errors[0][1:])])
         return width, width, width, width
-    # Not narrower for longer wavelengths: where diffraction leaves any width right, kernels that
-    # are mixed from those of two bands need ramps alike.
-    widths, narrowest = [0.0] * 4, 1
-    for band in np.argsort(camera.detector.bands.channel_edges.mean(axis=1)).tolist():
-        narrowest += int(np.argmin(errors[band][narrowest:]))
-        widths[band] = float(_WIDTHS[narrowest])
+    # Diffraction needs wider ramps at longer wavelengths, defocus at shorter ones. In order of
+    # either: where any width is right, kernels that are mixed from those of two bands need ramps
+    # alike.
+    bands = np.argsort(camera.detector.bands.channel_edges.mean(axis=1)).tolist()
+    _, widths = min(
+        (_not_narrower(errors, order) for order in (bands, bands[::-1])), key=lambda one: one[0]
+    )
     red, green, blue, infrared = widths
     return red, green, blue, infrared
+
+
+def _not_narrower(errors: list[Array], order: list[int]) -> tuple[float, list[float]]:
+    """Widths that do not decrease in an order of the bands, and the sum of their squared errors."""
+    widths, total, narrowest = [0.0] * 4, 0.0, 1
+    for band in order:
+        narrowest += int(np.argmin(errors[band][narrowest:]))
+        widths[band] = float(_WIDTHS[narrowest])
+        total += float(errors[band][narrowest]) ** 2
+    return total, widths
+
+
+def _tabled(values: Array) -> Callable[[Array], Array]:
+    return lambda frequency: np.interp(frequency, _TABLE, values)
 
 
 def _errors(camera: Camera, band: int) -> Array:
@@ -66,7 +84,8 @@ def _errors(camera: Camera, band: int) -> Array:
     squares = np.zeros((len(spread.zones), len(_WIDTHS)))
     for row, zone in zip(squares, spread.zones, strict=True):
         core = lens_kernel(camera, zone.blur, band, lens_reach(camera, zone.blur)).core
-        transfer = partial(lens_transfer, camera, zone.blur, band)
+        # Linear in between, to 1e-6: every width asks for it anew, and defocus takes long.
+        transfer = _tabled(lens_transfer(camera, zone.blur, band, _TABLE))
         for index, ramp in enumerate(_WIDTHS.tolist()):
             row[index] = contrast_error(fitted(core, transfer, ramp), transfer, ramp) ** 2
     return np.asarray(np.sqrt(squares.mean(axis=0)))

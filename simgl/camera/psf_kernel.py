@@ -9,6 +9,7 @@ softened by a ramp, its middle is then fitted to that MTF pixel by pixel (``kern
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +20,7 @@ from simgl.camera.camera import Camera
 from simgl.camera.diffraction import airy_tail, band_wavelengths, defocus_otf
 from simgl.camera.kernel_fit import fitted
 from simgl.camera.lens import Blur
+from simgl.chebyshev import chebyshev_interpolation, chebyshev_nodes
 from simgl.errors import ConfigError
 from simgl.physics.constants import SOLAR_TEMPERATURE
 
@@ -26,6 +28,8 @@ from simgl.physics.constants import SOLAR_TEMPERATURE
 SMALLEST_REACH, LARGEST_REACH = 64, 512
 # Nodes of the table of an optical transfer function.
 _TABLE = 8192
+# Of a polynomial along half a cycle per pixel of a transfer function, for 1e-9.
+_SMOOTH_NODES = 16
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,30 +141,71 @@ def tail_energy(tail: float, reach: int) -> float:
     return float(2.0 * np.pi * tail * (near + 1.0 / reach))
 
 
+def _aliased(
+    transfer: Callable[[Array, Array], Array],
+    cut_offs: tuple[float, float],
+    line: Array,
+    nodes: int,
+) -> Array:
+    """(3, n, n) spectra of samples of a transfer function, and of its means over a pixel and twice.
+
+    transfer : 0 beyond the last of the cut-offs
+    cut_offs : first and last, between which it is not smooth [cycles per pixel]
+    line : (n,) frequencies from 0 to 1/2
+    nodes : with which a polynomial follows it along the line where it is smooth
+    """
+
+    def terms(v: Array, u: Array) -> list[Array]:
+        both = transfer(v[..., :, None], u[..., None, :])
+        pixel = np.sinc(v)[..., :, None] * np.sinc(u)[..., None, :]
+        return [both, both * pixel, both * pixel**2]
+
+    total = np.zeros((3, len(line), len(line)))
+    smooth = np.zeros((3, nodes, nodes))
+    across_line = chebyshev_interpolation(nodes, 2.0 * line)
+    at = 0.5 * chebyshev_nodes(nodes)
+    first, last = cut_offs
+    alias = np.arange(-int(np.ceil(last)), int(np.ceil(last)) + 1)
+    nearest = np.maximum(np.maximum(alias, -alias - 0.5), 0.0)
+    farthest = np.maximum(np.abs(alias), np.abs(alias + 0.5))
+    for index, down in enumerate(alias.tolist()):
+        within = np.hypot(nearest[index], nearest) < last
+        plain = within & (np.hypot(farthest[index], farthest) < first) & (nodes < len(line))
+        plain &= (alias != 0) | (down != 0)
+        for across in alias[within & ~plain].tolist():
+            for sum_, term in zip(total, terms(line + down, line + across), strict=True):
+                sum_ += term
+        v = np.broadcast_to(at + down, (int(plain.sum()), nodes))
+        for sum_, term in zip(smooth, terms(v, at + alias[plain, None]), strict=True):
+            sum_ += term.sum(axis=0)
+    return total + across_line @ smooth @ across_line.T
+
+
 def _mixed(camera: Camera, blur: Blur, band: int, size: int) -> Array:
     """(size, size) periodic kernel with its centre at [0, 0]."""
     lens, pitch = camera.lens, camera.detector.pixel_pitch
-    last = np.inf
+    first = last = np.inf
     if lens.spread is not None and lens.spread.diffraction:
         wavelengths, _ = band_wavelengths(SOLAR_TEMPERATURE, camera.detector.bands)
-        last = pitch / (float(wavelengths[band].min()) * lens.f_number)
+        first, last = (
+            pitch / (float(end(wavelengths[band])) * lens.f_number) for end in (np.max, np.min)
+        )
     if blur.aberration > 0.0:
         # exp(-2 (pi s f)^2) is below 1e-9 from here on.
         last = min(last, 1.03 * pitch / blur.aberration)
     frequency = np.linspace(0.0, last, _TABLE)
     table = lens_transfer(camera, blur, band, frequency)
-    line = np.fft.rfftfreq(size)
-    alias = np.arange(-int(np.ceil(last)), int(np.ceil(last)) + 1)
-    spectra = np.zeros((3, len(line), len(line)))
-    for down in alias:
-        for across in alias:
-            v, u = (line + down)[:, None], line + across
-            both = np.interp(np.hypot(v, u), frequency, table, right=0.0)
-            pixel = np.sinc(v) * np.sinc(u)
-            spectra += both * np.stack([np.ones_like(pixel), pixel, pixel**2])
+    line = np.asarray(np.fft.rfftfreq(size), dtype=np.float64)
+
+    def transfer(v: Array, u: Array) -> Array:
+        return np.interp(np.hypot(v, u), frequency, table, right=0.0)
+
+    # A disc of light beats so many times along the line.
+    beats = abs(blur.defocus) / lens.f_number / pitch
+    spectra = _aliased(transfer, (first, last), line, _SMOOTH_NODES + int(2.0 * beats))
     # Normalised to 1 by the sample in the centre, the only one that differs from the mean.
     spectra += 1.0 - spectra[:, :1, :1]
-    wanted = np.interp(np.hypot(line[:, None], line), frequency, table, right=0.0)
+    wanted = transfer(line[:, None], line)
     # Fitted along an axis and along the diagonal.
     axis, diagonal = (np.arange(len(line)), np.zeros(len(line), int)), (np.arange(len(line)),) * 2
     weights, _ = scipy.optimize.nnls(

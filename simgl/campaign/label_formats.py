@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from simgl.camera.calibration import calibration_of, opencv_coefficients
+from simgl.camera.calibration_text import calibration_of, opencv_coefficients
 from simgl.camera.camera import Camera
 from simgl.campaign.frame_task import label_name
 from simgl.output import complete_file

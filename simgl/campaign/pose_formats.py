@@ -16,7 +16,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from simgl.arrays import Array, Mask
-from simgl.camera.calibration import calibration_of, opencv_coefficients
+from simgl.camera.calibration_text import calibration_of, opencv_coefficients
 from simgl.camera.camera import Camera
 from simgl.camera.projections import Fisheye
 from simgl.campaign.campaign_file import Campaign

@@ -142,7 +142,7 @@ def camera_export(
 
     Example: simgl camera export examples/approach.toml --camera navcam --out navcam.yaml
     """
-    from simgl.camera.calibration import FORMATS, calibration_text
+    from simgl.camera.calibration_text import FORMATS, calibration_text
     from simgl.errors import ConfigError, did_you_mean
     from simgl.output import complete_file
     from simgl.scenario.loader import load_scenario

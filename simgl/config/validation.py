@@ -52,7 +52,8 @@ _WORDS = {
 def read_text(path: Path) -> str:
     """A file's text; AssetError if it cannot be read, ConfigError if it is not UTF-8."""
     try:
-        text = read_file(path, MAX_TEXT_BYTES).decode("utf-8")
+        # Editors of Windows begin a file with the byte order mark.
+        text = read_file(path, MAX_TEXT_BYTES).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise ConfigError(str(path), "", f"is not UTF-8 text (byte {error.start})") from None
     return text.replace("\r\n", "\n").replace("\r", "\n")

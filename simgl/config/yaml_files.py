@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Hashable
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,9 @@ from simgl.errors import ConfigError
 
 # A calibration has some kB, with all its views some hundred; the parser needs 30 s for 1 MB.
 _MAX_CHARACTERS = 1 << 19
+_DIRECTIVE = re.compile(r"\A((?:[ \t]*(?:#.*)?\n)*)%YAML:.*")
+_NEXT = re.compile(r"\n---\s*\Z")
+_TAB = re.compile(r"(?<=[\[,:])[ ]*\t[ \t]*")
 
 
 class _Texts(yaml.BaseLoader):  # type: ignore[misc]
@@ -39,9 +43,11 @@ def read_yaml(path: Path) -> dict[str, Any]:
     if len(text) > _MAX_CHARACTERS:
         problem = f"is too long, {len(text)} characters; at most {_MAX_CHARACTERS} are read"
         raise ConfigError(where, "", problem)
-    # OpenCV writes its directive with a colon, which YAML does not know.
-    if text.startswith("%YAML:"):
-        text = "\n" + text.partition("\n")[2]
+    # OpenCV writes its directive with a colon, which YAML does not know, and "ros2 topic echo" the
+    # beginning of a next document; PyYAML takes no tab between two entries, though YAML does.
+    text = _DIRECTIVE.sub(r"\1", text, count=1)
+    text = _NEXT.sub("\n", text)
+    text = _TAB.sub(" ", text)
     try:
         data = yaml.load(text, _Texts)
     except yaml.MarkedYAMLError as error:

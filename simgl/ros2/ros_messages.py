@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from simgl.arrays import Array, Array32
-from simgl.camera.calibration import calibration_of, opencv_coefficients
+from simgl.camera.calibration_text import calibration_of, opencv_coefficients
 from simgl.camera.camera import Camera
 from simgl.camera.projections import Fisheye
 from simgl.errors import ConfigError

@@ -44,6 +44,9 @@ LONGEST_WAY = 400.0
 # The same where rows have their own times: the samples of slanting edges leave 0.016 px in each row
 # of a snapshot, and longer ways show other sides of what comes past. Several snapshots even it out.
 LONGEST_WAY_IN_ROWS = 60.0
+# How far the ends of a way in one snapshot may be off an even motion through its middle: so many
+# pixels in all, or one in so many of the way. A way that turns back is none from end to end.
+_MIN_BEND, _BENDS = 0.25, 4.0
 # Steps in which the snapshot grows around the image, so that its textures last [px].
 _MARGIN_STEP = 16
 
@@ -214,7 +217,8 @@ def moving_scene(
         turned = sum(turn_in_sunlight(state, end) for end in ends) * exposed
         against = sum(motion_between(state, end, name) for end in ends) * exposed
         longest = LONGEST_WAY_IN_ROWS if rows else LONGEST_WAY
-        snapshots = max(turned / LARGEST_TURN, blur / longest, against / LARGEST_STEP)
+        uneven = _uneven((ends[0], state, ends[1]), name, exposed)
+        snapshots = max(turned / LARGEST_TURN, blur / longest, against / LARGEST_STEP, uneven)
     return MovingScene(
         camera=camera,
         drawn=drawn,
@@ -265,6 +269,22 @@ def _ways_in(states: tuple[SceneState, SceneState, SceneState], name: str) -> Ar
         if np.any((middle < 0.0) | (middle > size)):
             ways = np.maximum(ways, np.abs(last - first).max(axis=0))
     return ways
+
+
+def _uneven(states: tuple[SceneState, SceneState, SceneState], name: str, exposed: float) -> float:
+    """How many snapshots it takes until spacecraft move nearly evenly in each.
+
+    states : from the start to the end
+    exposed : share of that time in which a row sees them
+    """
+    count = 1.0
+    for body in states[1].bodies:
+        first, middle, last = (_outline(state, name, body) for state in states)
+        bend = exposed**2 * np.abs(last + first - 2.0 * middle).max()
+        way = exposed * np.abs((last - first).mean(axis=0)).max()
+        if np.isfinite(bend):
+            count = max(count, min(np.sqrt(bend / _MIN_BEND), _BENDS * bend / max(way, 1e-6)))
+    return float(count)
 
 
 def _outline(state: SceneState, name: str, body: str) -> Array:

@@ -69,6 +69,7 @@ class PoseMotion:
     joint_rates : (groups, 4, 4) rate of places of the rigid groups, body axes; None where no joint
         moves
     turn : between the images of two rows, of edges against each other [rad]
+    bulge : how far it is off an even motion at the times -1 and 1 [px]
     bend : largest length of an edge whose image stays straight [m]
     """
 
@@ -79,6 +80,7 @@ class PoseMotion:
     curve: Array | None
     joint_rates: Array | None
     turn: float
+    bulge: float
     bend: float
 
     @property
@@ -101,7 +103,8 @@ class PoseMotion:
 
         extent : of the outline [px]
         """
-        return 1.0 + 0.25 * self.turn * min(extent, camera.detector.height) ** 2
+        uneven = _FARTHEST**2 * self.bulge
+        return 1.0 + 0.25 * self.turn * min(extent, camera.detector.height) ** 2 + uneven
 
     def row_times(self, places: Array) -> Array:
         """(n,) when the rows are exposed that places (n, 3), body axes [m], are seen in then."""
@@ -159,7 +162,15 @@ def pose_motion(
     turn = float(np.linalg.norm(rate[:3, :3], 2)) + float(np.linalg.norm(rate[:3, 3])) / nearest
     if joint_rates is not None:
         turn += float(np.linalg.norm(joint_rates[:, :3, :3], 2, axis=(1, 2)).max())
-    per_row = max(2.0 * turn / (clock.end - clock.first), 1e-12)
+    count = clock.end - clock.first
+    per_row = max(2.0 * turn / count, 1e-12)
+    # What goes with the square of the time [px]: over n rows a middle stays behind by the square of
+    # the share of them.
+    bulge = float(np.linalg.norm(change[:3, 3]))
+    bulge += meshes[1].radius * float(np.linalg.norm(change[:3, :3], 2))
+    bulge = max(bulge * camera.focal_length_px / nearest, 1e-12)
+    # Over n rows that of what turns stays behind by a quarter of the turn times n^2.
+    straight = min(float(np.sqrt(4.0 * _BENT / per_row)), count * float(np.sqrt(_BENT / bulge)))
     return PoseMotion(
         pose=pose,
         rate=rate,
@@ -168,8 +179,8 @@ def pose_motion(
         curve=None if field is None else clock.curve(camera, field),
         joint_rates=joint_rates,
         turn=per_row,
-        # Over n rows the middle of an edge stays behind by a quarter of the turn times n^2.
-        bend=float(np.sqrt(4.0 * _BENT / per_row)) * nearest / camera.focal_length_px,
+        bulge=bulge,
+        bend=straight * nearest / camera.focal_length_px,
     )
 
 

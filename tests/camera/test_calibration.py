@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 
-from simgl.camera.calibration import FORMATS, calibration_of, calibration_text, read_calibration
+from simgl.camera.calibration import read_calibration
+from simgl.camera.calibration_text import FORMATS, calibration_of, calibration_text
 from simgl.camera.camera import Camera
 from simgl.camera.camera_schema import CameraSettingsTable
 from simgl.camera.presets import read_camera
@@ -384,7 +386,52 @@ DAMAGES: list[tuple[str, str, str, str]] = [
         ': cam0.resolution must be a list of numbers, got "752"',
     ),
     (KALIBR, "248.375]", "248.375", ": is not valid YAML: "),
+    (
+        KALIBR,
+        "  distortion_model: radtan\n",
+        "",
+        ": cam0.distortion_coeffs goes with a distortion_model: radtan or equidistant",
+    ),
+    (
+        KALIBR.replace("[458", "[-1.0, 458")
+        .replace("radtan", "none")
+        .replace("[-0.28", "[0, 0] # "),
+        "camera_model: pinhole",
+        "camera_model: omni",
+        ": cam0.intrinsics must hold xi of at least 0, got -1",
+    ),
 ]
+
+
+FORMATTED: dict[str, tuple[str, str]] = {
+    "byte order mark": (OPENCV, "\ufeff" + OPENCV),
+    "comments first": (OPENCV, "\n  # of the left camera\n" + OPENCV),
+    "lines of Windows": (OPENCV, OPENCV.replace("\n", "\r\n")),
+    "tabs": (OPENCV, OPENCV.replace("[ 5.", "[\t5.").replace("0., 3.", "0.,\t 3.")),
+    "as JSON": (ROS, str(yaml.safe_load(ROS)).replace("'", '"')),
+    "next document": (ROS, ROS + "---\n"),
+    "sensor file of EuRoC": (
+        KALIBR.partition("cam1:")[0],
+        """\
+# General sensor definitions.
+sensor_type: camera
+T_BS: {cols: 4, rows: 4, data: [1.0, 0.0, 0.0, 0.0]}
+resolution: [752, 480]
+camera_model: pinhole
+intrinsics: [458.654, 457.296, 367.215, 248.375] #fu, fv, cu, cv
+distortion_model: radial-tangential
+distortion_coefficients: [-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05]
+""",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", FORMATTED)
+def test_a_file_says_the_same_in_other_forms(name: str, tmp_path: Path) -> None:
+    plain, other = FORMATTED[name]
+    expected = read_calibration(written(tmp_path, plain))
+    (tmp_path / "calibration.yaml").write_bytes(other.encode())
+    assert read_calibration(tmp_path / "calibration.yaml") == expected
 
 
 @pytest.mark.parametrize(("text", "old", "new", "message"), DAMAGES)
@@ -394,7 +441,7 @@ def test_a_damaged_file_is_refused_in_one_line(
     assert text.count(old) >= 1
     path = written(tmp_path, text.replace(old, new, 1))
     with pytest.raises(SimglError) as caught:
-        read_calibration(path, "cam0" if text is KALIBR else None)
+        read_calibration(path, "cam0" if "cam0" in text else None)
     found = str(caught.value)
     assert found.startswith(f"{path}{message}")
     assert "\n" not in found

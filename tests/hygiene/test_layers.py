@@ -22,6 +22,7 @@ LAYERS = (
     ),
     (
         "assets",
+        "chebyshev",
         "decoded_files",
         "figure_style",
         "html_table",

@@ -43,9 +43,11 @@ def moving(
     *,
     nearer: float = 0.0,
     from_x: float = 0.0,
+    more: float = 0.0,
 ) -> Motion:
     """The craft moves across the image [px], and nearer by a share of its range, per exposure.
 
+    more : how much further to the right it is at both ends of the exposure, as it accelerates [px]
     from_x : where it is in the middle of it, from the image's middle [px]
     """
     rest = one.at(one.epoch_tai_ns)
@@ -54,7 +56,8 @@ def moving(
     middle = body.pose.position + RANGE * from_x / FOCAL * axes[0]
 
     def at(tai_ns: int) -> SceneState:
-        way = step * (tai_ns - one.epoch_tai_ns) * 1e-9 / EXPOSURE
+        share = (tai_ns - one.epoch_tai_ns) * 1e-9 / EXPOSURE
+        way = step * share + 4.0 * share**2 * more * RANGE / FOCAL * axes[0]
         moved = replace(body, pose=replace(body.pose, position=middle + way))
         return replace(rest, tai_ns=tai_ns, bodies={**rest.bodies, "craft": moved})
 

@@ -57,13 +57,17 @@ def turning(one: Scenario, angle: float, *, camera: bool = False) -> Motion:
     return at
 
 
-def drifting(one: Scenario, pixels: float) -> Motion:
-    """The craft crosses the picture along the camera's x while the rows are read out."""
+def drifting(one: Scenario, pixels: float, more: float = 0.0) -> Motion:
+    """The craft crosses the picture along the camera's x while the rows are read out.
+
+    more : px that it is further on at both ends of the read-out, as it accelerates
+    """
     rest = one.at(one.epoch_tai_ns)
     right, body = rest.cameras["cam"].R_camera_from_icrf[0], rest.bodies["craft"]
 
     def at(tai_ns: int) -> SceneState:
-        way = pixels * RANGE / FOCAL * (tai_ns - one.epoch_tai_ns) * 1e-9 / READ_OUT
+        share = (tai_ns - one.epoch_tai_ns) * 1e-9 / READ_OUT
+        way = (pixels * share + 4.0 * more * share**2) * RANGE / FOCAL
         pose = replace(body.pose, position=way * right)
         return replace(rest, tai_ns=tai_ns, bodies={"craft": replace(body, pose=pose)})
 

@@ -81,6 +81,22 @@ def test_an_edge_becomes_a_ramp_as_wide_as_its_motion(
         assert steps.std() < 0.04 * steps.mean()
 
 
+@pytest.mark.parametrize(("right", "more"), [(0.0, 4.0), (20.0, 10.0)])
+def test_what_accelerates_is_longest_where_it_is_slow(
+    gl: moderngl.Context, right: float, more: float
+) -> None:
+    """The mean of 4 more t^2 over an exposure from -1/2 to 1/2 is a third of more."""
+    one = box(width_px=200)
+    with Simulator(one, gl) as simulator:
+        during = moving(one, right, more=more)
+        still = electrons(simulator, during(one.epoch_tai_ns), None)
+        image = electrons(simulator, during(one.epoch_tai_ns), during)
+    x = np.arange(200) + 0.5
+    middles = [one @ x / one.sum(axis=1) for one in (image[54:74], still[54:74])]
+    # As of edges that move evenly.
+    assert np.mean(middles[0] - middles[1]) == pytest.approx(more / 3.0, abs=0.02)
+
+
 def test_a_point_becomes_an_even_streak(gl: moderngl.Context) -> None:
     """A ball of 0.7 px along 24 px, off the axes of the image and the middles of pixels."""
     ball = {"sphere": {"radius_m": 0.01, "material": lambert(0.5)}}

@@ -34,6 +34,14 @@ def test_each_row_sees_what_turns_at_its_own_time(
     assert np.sqrt(np.mean(np.square(errors))) < 0.02
 
 
+def test_each_row_sees_what_accelerates_at_its_own_time(gl: moderngl.Context) -> None:
+    """The box comes back to where it was: its sides are parabolas, and no end of them tells so."""
+    one = craft(width_px=256)
+    errors = row_errors(gl, one, drifting(one, 0.0, 40.0))
+    # As of what turns; 16 px where only motion from end to end bends edges.
+    assert np.sqrt(np.mean(np.square(errors))) < 0.02
+
+
 @pytest.mark.parametrize(
     "distortion",
     [{"k1": -0.3, "p1": 0.01}, {"model": "fisheye", "k1": 0.02}],
