@@ -31,8 +31,8 @@ def tile_faces(x: IndexArray, y: IndexArray, size: int, width: int = 1, height: 
     width, height : of the rectangles, in tiles
     """
     right, down = width, height * _ROW
-    corners = np.array([0, right, down, down, right, right + down])
-    return ((size * _SIZE + y * _ROW + x)[:, None] + corners).astype(np.uint32)
+    corners = np.array([0, right, down, down, right, right + down], dtype=np.uint32)
+    return (size * _SIZE + y * _ROW + x).astype(np.uint32)[:, None] + corners
 
 
 class TileFaces:

@@ -192,6 +192,7 @@ _LARGEST_TURN, _CELL_WIDTH = 0.035, 2.2
 def tile_values(tile: RasterTile, clip_from_camera: Any) -> dict[str, Any]:
     """The Tile block for one depth slice of a tile."""
     to_raster = tile.cells.raster_from_cell
+    sample_edge = float(np.linalg.norm(tile.sample_steps[0, :3]))
     return {
         "clip_from_camera": clip_from_camera,
         "tile_edges": tile.edges,
@@ -202,7 +203,7 @@ def tile_values(tile: RasterTile, clip_from_camera: Any) -> dict[str, Any]:
         "raster_origin": to_raster[:, 2],
         "cells": tile.cells.size,
         "cell_reach": tile.cells.reach,
-        "largest_curvature": _LARGEST_TURN / (_CELL_WIDTH * tile.sample_edge),
+        "largest_curvature": _LARGEST_TURN / (_CELL_WIDTH * sample_edge),
     }
 
 

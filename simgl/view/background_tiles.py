@@ -177,7 +177,7 @@ def ground_tiles(
     """
     corners = _corners_on_ground(planet, turns, intrinsics, size)
     x, y, z = corners.normal
-    latitude, longitude = np.arctan2(z, np.hypot(x, y)), np.arctan2(y, x)
+    latitude, longitude = np.arctan2(z, np.sqrt(x * x + y * y)), np.arctan2(y, x)
     low, high = _extremes(np.stack([corners.slant, latitude, longitude, z]))
     slanted = (high[0] - low[0]) / (_SLANT_CHANGE * np.maximum(low[0], 1e-9))
     bend = np.sqrt(np.maximum(slanted, (high[2] - low[2]) / _LONGITUDE_CHANGE))
@@ -255,10 +255,11 @@ def tiles_behind(bare: Mask, corner: tuple[int, int], edge: float, size: tuple[i
     left, right, in_columns = blocks(corner[0], bare.shape[1], size[0])
     top, bottom, in_rows = blocks(corner[1], bare.shape[0], size[1])
     sums = np.zeros((bare.shape[0], bare.shape[1] + 1), dtype=np.int32)
-    np.cumsum(bare, axis=1, dtype=np.int32, out=sums[:, 1:])
+    # A sum that widens its numbers by itself takes twice as long.
+    np.cumsum(bare.astype(np.int32), axis=1, out=sums[:, 1:])
     across = sums[:, right] - sums[:, left]
     sums = np.zeros((bare.shape[0] + 1, across.shape[1]), dtype=np.int32)
-    np.cumsum(across, axis=0, dtype=np.int32, out=sums[1:])
+    np.cumsum(across, axis=0, out=sums[1:])
     none = sums[bottom] == sums[top]
     hidden = split(none & in_columns & in_rows[:, None], MERGED)
     columns, rows = (-(-length // TILE) for length in size)

@@ -10,7 +10,6 @@ import numpy as np
 
 from simgl.arrays import Array, Array32, IndexArray
 from simgl.camera.camera import Camera
-from simgl.physics.frames import norm
 from simgl.sample_grid import PIXEL_CENTRES, SampleGrid, choose_sample_grid, target_samples
 from simgl.scene.mesh import hull_edges
 from simgl.view.depth_slices import NEAREST, depth_slices
@@ -108,11 +107,6 @@ class RasterTile:
     cuts: tuple[tuple[Box, SampleGrid], ...] = ()
     cores: tuple[tuple[float, ...], ...] = ()
 
-    @cached_property
-    def sample_edge(self) -> float:
-        """From one sample to the next [rad]."""
-        return float(np.linalg.norm(self.sample_steps[0, :3]))
-
     @property
     def raster_size(self) -> tuple[int, int]:
         """Columns and rows of its samples."""
@@ -184,15 +178,10 @@ class _Target:
     settled: _Target | None = None
 
     @cached_property
-    def middle(self) -> Array:
-        """(3,) of the hull's corners [m]."""
-        return np.asarray(self.hull.mean(axis=0))
-
-    @cached_property
     def samples(self) -> float:
         """That its outline needs."""
-        middle = self.middle
-        cosine = -float(middle @ self.view.sun_direction) / norm(middle)
+        middle = self.hull.mean(axis=0)
+        cosine = -float(middle @ self.view.sun_direction) / float(np.linalg.norm(middle))
         return target_samples(cosine, float(np.sqrt(4.0 / np.pi * self.area)))
 
     @property
@@ -203,7 +192,7 @@ class _Target:
     @property
     def limb(self) -> Limb:
         """Its limb, towards the Sun's place in the image."""
-        x, y, depth = self.middle
+        x, y, depth = self.hull.mean(axis=0)
         across, down, along = self.view.sun_direction.astype(np.float64)
         depth = max(depth, NEAREST)
         to_sun = np.array([across - along * x / depth, down - along * y / depth])
@@ -239,7 +228,7 @@ def _target(
     margin, settled, low, high = 0.0, None, outline.min(axis=0), outline.max(axis=0)
     if view.motion is not None:
         settled = _target(settled_view(view), camera, rows)
-        margin = view.motion.sag(camera, norm(high - low))
+        margin = view.motion.sag(camera, float(np.linalg.norm(high - low)))
         hull = np.concatenate([hull, *hulls_at_the_ends(view)])
     box = camera.detector.pixels_within(low - margin, high + margin)
     if box is not None and rows is not None:

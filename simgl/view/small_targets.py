@@ -88,10 +88,10 @@ def _without_dents(points: Array, middle: Array) -> Array:
     while len(points) > _MANY:
         along = np.diff(points, axis=0, append=points[:1])
         before = np.roll(along, 1, axis=0)
-        kept = before[:, 0] * along[:, 1] >= before[:, 1] * along[:, 0]
-        if kept.all():
+        convex = before[:, 0] * along[:, 1] >= before[:, 1] * along[:, 0]
+        if convex.all():
             break
-        points = points[kept]
+        points = points[convex]
     return points
 
 

@@ -315,8 +315,8 @@ def test_towers_of_storms_stand_over_the_limb_of_the_tropics(
     towering = radiance(gl, looked)
     monkeypatch.setattr(Clouds, "top", property(lambda self: self.height))
     # What is cached of an Earth has its towers.
-    of_earth = "simgl.passes.background.planet_blocks._earth_values"
-    monkeypatch.setattr(of_earth, planet_blocks._earth_values.__wrapped__)
+    of_earth = "simgl.passes.background.planet.earth_values"
+    monkeypatch.setattr(of_earth, planet_blocks.earth_values.__wrapped__)
     level = radiance(gl, looked)
     more = (towering - level)[..., 0] / level[..., 0].max()
     x, y = (np.arange(n) + 0.5 - 0.5 * n for n in (width, height))

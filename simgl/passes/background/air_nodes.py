@@ -37,7 +37,7 @@ _HEIGHT_STEP, _NODE_STEP = 2.0**-10, 2.0**-8
 _WIDER, _LOW_SUN, _BLEND = 8.0, np.radians(75.0), np.radians(3.0)
 # Parts of a table's rows, and the nodes of each that are cached, in turns.
 PARTS, SLOTS = 16, 8
-_NO_NODE = np.iinfo(np.int64).min
+NO_NODE = np.iinfo(np.int64).min
 # Of nodes that are cached: those of a camera, and of spacecraft near it, by the Sun and the Moon.
 HEIGHTS = 8
 
@@ -47,7 +47,7 @@ class Nodes:
     """Tables of one height: of light at the nodes that the Sun has passed last.
 
     light : ``SLOTS`` tables, one under the other
-    cached : (parts, slots) index of the node whose rows a part has in a slot, or ``_NO_NODE``
+    cached : (parts, slots) index of the node whose rows a part has in a slot, or ``NO_NODE``
     transmitting : parts of the transmittance that are marched
     """
 
@@ -56,7 +56,7 @@ class Nodes:
     inside: bool
     transmittance: ImageTarget
     light: ImageTarget
-    cached: IndexArray = field(default_factory=lambda: np.full((PARTS, SLOTS), _NO_NODE))
+    cached: IndexArray = field(default_factory=lambda: np.full((PARTS, SLOTS), NO_NODE))
     transmitting: set[int] = field(default_factory=set)
 
     @property
@@ -82,9 +82,9 @@ class Nodes:
         parts: list[tuple[int, int | None]] = [
             (part, None) for part in range(PARTS) if part not in self.transmitting
         ]
-        there = self.cached[np.arange(PARTS)[:, None], indices % SLOTS] == indices
-        if not there.all():
-            rows, nodes = np.nonzero(~there)
+        present = self.cached[np.arange(PARTS)[:, None], indices % SLOTS] == indices
+        if not present.all():
+            rows, nodes = np.nonzero(~present)
             parts += zip(rows.tolist(), indices[rows, nodes].tolist(), strict=True)
         return parts
 
@@ -160,7 +160,7 @@ class AirNodes:
             nodes.transmitting.add(part)
             return
         slot = index % SLOTS
-        nodes.cached[part, slot] = _NO_NODE
+        nodes.cached[part, slot] = NO_NODE
         angle = _node_angle(index + part / PARTS, nodes.height)
         above = slot * nodes.rows
         values = view_values(radius, nodes.height, angle) | {"first_row": -above}
