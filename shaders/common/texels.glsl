@@ -1,17 +1,27 @@
-// Texels of textures whose sampler takes the nearest one, and the outermost ones for those beyond.
+// Texels of textures whose sampler takes the nearest one, and for places past the edges the outermost.
 //
-// llvmpipe looks up the size of the level for each of the places that it fetches from, which takes as long
-// as all the rest of a fetch. Through a sampler without levels it does not.
+// A texelFetch of llvmpipe looks up the size of the level for each place anew: half of all that it does.
+// Through a sampler without levels it does not. In compute shaders, which are for GPUs, both cost the same.
 
-vec4 texel(sampler2D map, ivec2 at) {
+#ifdef COMPUTE
+vec4 read_texel(sampler2D map, ivec2 at) { return texelFetch(map, at, 0); }
+
+uvec4 read_texel(usampler2D map, ivec2 at) { return texelFetch(map, at, 0); }
+#else
+vec4 read_texel(sampler2D map, ivec2 at) {
     return textureLod(map, (vec2(at) + 0.5) / vec2(textureSize(map, 0)), 0.0);
 }
 
-// width : of a texel, as a part of the texture; for loops, which llvmpipe works it out in
-vec4 texel(sampler2D map, ivec2 at, vec2 width) {
+uvec4 read_texel(usampler2D map, ivec2 at) {
+    return textureLod(map, (vec2(at) + 0.5) / vec2(textureSize(map, 0)), 0.0);
+}
+#endif
+
+// width : of a texel, as a part of the texture, for loops: llvmpipe works it out in each turn
+vec4 read_texel(sampler2D map, ivec2 at, vec2 width) {
+#ifdef COMPUTE
+    return texelFetch(map, at, 0);
+#else
     return textureLod(map, (vec2(at) + 0.5) * width, 0.0);
-}
-
-uvec4 texel(usampler2D map, ivec2 at) {
-    return textureLod(map, (vec2(at) + 0.5) / vec2(textureSize(map, 0)), 0.0);
+#endif
 }

@@ -9,15 +9,15 @@
 vec2 depths_at(sampler2D depths, SunMap map, ivec2 at) {
     ivec2 place = at + ivec2(map.column, 0);
 #ifdef SLABS
-    return texel(depths, place, map.width).rg;
+    return read_texel(depths, place, map.width).rg;
 #else
-    return vec2(texel(depths, place).r, texel(depths, place + ivec2(0, map.size)).r);
+    return vec2(read_texel(depths, place).r, read_texel(depths, place + ivec2(0, map.size)).r);
 #endif
 }
 
 // Depth at which it would meet the next surface behind.
 float depth_behind(sampler2D behind, SunMap map, ivec2 at) {
-    return texel(behind, at + ivec2(map.column, 0)).r;
+    return read_texel(behind, at + ivec2(map.column, 0)).r;
 }
 
 // The casters over a receiver at one texel: heights [m] above the receiver.

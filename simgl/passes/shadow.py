@@ -9,6 +9,7 @@ import numpy as np
 
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import all_or_nothing, release_all
+from simgl.gpu.render_targets import read_by_texel
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
 from simgl.lru_cache import MANY, LruCache
 from simgl.passes.caster_bounds import CasterBounds
@@ -321,8 +322,7 @@ class _ShadowAtlas:
         self.nearest = ctx.framebuffer([slopes], depths)
         self.textures = (depths, behind, tops, planes, slabs, slopes)
         for texture in self.textures:
-            texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-            texture.repeat_x = texture.repeat_y = False
+            read_by_texel(texture)
 
     def hold(self, key: bytes) -> None:
         """Begin with other maps of these sizes."""
