@@ -65,11 +65,11 @@ uniform usampler2D cell_groups, second_groups, third_groups, fourth_groups;
 
 // The groups of four layers of a cell, from a multiple of four on.
 uvec4 groups_from(ivec2 cell, int layer) {
-    uvec4 groups = texelFetch(cell_groups, cell, 0);
-    if (layer >= 4) groups = texelFetch(second_groups, cell, 0);
+    uvec4 groups = read_texel(cell_groups, cell);
+    if (layer >= 4) groups = read_texel(second_groups, cell);
     if (layer >= 8) {
-        groups = texelFetch(third_groups, cell, 0);
-        if (layer >= 12) groups = texelFetch(fourth_groups, cell, 0);
+        groups = read_texel(third_groups, cell);
+        if (layer >= 12) groups = read_texel(fourth_groups, cell);
     }
     return groups;
 }
@@ -85,7 +85,7 @@ uint group_at(ivec2 cell, int layer) {
 uniform usampler2D point_groups;
 
 uint group_of(ivec2 at) {
-    return texelFetch(point_groups, at, 0).r;
+    return read_texel(point_groups, at).r;
 }
 
 // Where a group's shading point lies in the window: the mean of its samples' middles.

@@ -107,8 +107,8 @@ float detail(uint group, vec2 first, Facet facet, mat3 normals, uvec3 corner, ui
     mat3x2 uv;
     mat3x4 tint;
     for (int k = 0; k < 3; ++k) {
-        uv[k] = texelFetch(mesh_vertices, table_place(VERTEX_TEXELS * corner[k] + 2u), 0).xy;
-        tint[k] = texelFetch(mesh_vertices, table_place(VERTEX_TEXELS * corner[k] + 3u), 0);
+        uv[k] = read_texel(mesh_vertices, table_place(VERTEX_TEXELS * corner[k] + 2u)).xy;
+        tint[k] = read_texel(mesh_vertices, table_place(VERTEX_TEXELS * corner[k] + 3u));
     }
     float share = 1.0 / float(samples_of(group));
     textured_reflectance = textured_emission = textured_normal = vec4(0.0);
@@ -148,7 +148,7 @@ uint look_up(ivec2 cell, uint group) {
         if (distance2 < nearest2) nearest = texel;
         nearest2 = min(nearest2, distance2);
     } while (left != 0u);
-    uvec2 seen = texelFetch(visibility, ivec2(first) + nearest, 0).rg;
+    uvec2 seen = read_texel(visibility, ivec2(first) + nearest).rg;
     uvec3 corner = corners_of(max(seen.x, 1u) - 1u);
     bool back = (seen.y & 1u) == 1u;
 
@@ -162,8 +162,8 @@ uint look_up(ivec2 cell, uint group) {
     mat3 places, present, normals;
     uint label = 0u;
     for (int k = 0; k < 3; ++k) {
-        vec4 place = texelFetch(mesh_vertices, table_place(VERTEX_TEXELS * corner[k]), 0);
-        vec3 direction = texelFetch(mesh_vertices, table_place(VERTEX_TEXELS * corner[k] + 1u), 0).xyz;
+        vec4 place = read_texel(mesh_vertices, table_place(VERTEX_TEXELS * corner[k]));
+        vec3 direction = read_texel(mesh_vertices, table_place(VERTEX_TEXELS * corner[k] + 1u)).xyz;
         label = uint(place.w);
 #ifdef JOINTED
         place.xyz = place_from_stored(place.xyz, label);

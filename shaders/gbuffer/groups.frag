@@ -16,7 +16,7 @@ void main() {
         for (int i = 0; i < CELL_TEXELS; ++i) {
             ivec2 texel = first + ivec2(i, j);
             bool inside = cell_of(texel) == cell;
-            uint seen = texelFetch(visibility, clamp(texel, ivec2(0), last), 0).g;
+            uint seen = read_texel(visibility, clamp(texel, ivec2(0), last)).g;
             surface[CELL_TEXELS * j + i] = seen;
             total += uint(inside);
             left |= uint(inside && seen != 0u) << (STRIDE * j + i);

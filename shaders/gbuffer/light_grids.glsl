@@ -10,13 +10,13 @@ const uint GRID_NODES = 15u;
 // A node by how many parts of the edges it lies from the third corner towards the first and second.
 vec4 grid_node(uint grid, uint i, uint j, bool back) {
     uint node = i * (2u * GRID_CUTS + 3u - i) / 2u + j;
-    uint row = texelFetch(grid_rows, table_place((grid * GRID_NODES + node) * SIDES + uint(back) % SIDES), 0).r;
-    return texelFetch(grid_light, table_place(row), 0);
+    uint row = read_texel(grid_rows, table_place((grid * GRID_NODES + node) * SIDES + uint(back) % SIDES)).r;
+    return read_texel(grid_light, table_place(row));
 }
 
 // Irradiance [W m-2] more than is linear between a triangle's vertices, at weights of its corners.
 vec4 more_of_grid(uint triangle, vec3 weights, bool back) {
-    uint number = texelFetch(light_grids, table_place(triangle), 0).r;
+    uint number = read_texel(light_grids, table_place(triangle)).r;
     if (number == 0u) return vec4(0.0);
     vec2 at = weights.xy * float(GRID_CUTS);
     uint i = min(uint(at.x), GRID_CUTS - 1u), j = min(uint(at.y), GRID_CUTS - 1u - i);

@@ -14,7 +14,7 @@ void main() {
     ivec2 at = ivec2(gl_FragCoord.xy), cell = cell_of_point(at);
     uint group = group_of(at);
     uint left = max(group, 1u);
-    uvec2 seen = texelFetch(visibility, max(first_texel(cell) + next_texel(left), 0), 0).rg;
+    uvec2 seen = read_texel(visibility, max(first_texel(cell) + next_texel(left), 0)).rg;
     if (group == 0u || seen.y >> 22u != instance) discard;
 #ifdef LAYERED
     uint material = material_of_triangle(max(seen.x, 1u) - 1u);

@@ -12,7 +12,7 @@ void main() {
     uint bare = 0u;
     for (int y = first.y; y < last.y; ++y)
         for (int x = first.x; x < last.x; ++x) {
-            uint of_cell = texelFetch(second_groups, ivec2(x, y), 0).x;
+            uint of_cell = read_texel(second_groups, ivec2(x, y)).x;
             pages = max(pages, (of_cell & ~BARE) >> TEXELS);
             bare |= of_cell & BARE;
         }

@@ -1,4 +1,5 @@
 // The cells and layers of shading points.
+#include "common/texels.glsl"
 #include "gbuffer/page_places.glsl"
 
 #ifdef GROUPED
@@ -8,13 +9,13 @@ uniform usampler2D page_entries;
 
 // The cell of a shading point.
 ivec2 cell_of_point(ivec2 at) {
-    uint entry = texelFetch(page_entries, entry_of_point(at), 0).r;
+    uint entry = read_texel(page_entries, entry_of_point(at)).r;
     return BLOCK * ivec2(entry & 8191u, (entry >> 13u) & 8191u) + (at & 1);
 }
 
 // The same, with its layer; whether there is any.
 bool cell_of_point(ivec2 at, out ivec2 cell, out int layer) {
-    uint entry = texelFetch(page_entries, entry_of_point(at), 0).r;
+    uint entry = read_texel(page_entries, entry_of_point(at)).r;
     layer = int(entry >> 26u) & 15;
     cell = cell_of_point(at);
     return entry != 0u && all(lessThan(cell, cells));

@@ -1,4 +1,5 @@
 // The triangles of a mesh.
+#include "common/texels.glsl"
 
 uniform usampler2D triangle_corners;    // indices of the corners; material
 // The number of the smooth surface, from 1 on; from bit 21 on the curvature, the upper bits of a float
@@ -12,18 +13,18 @@ ivec2 table_place(uint row) {
 }
 
 uvec3 corners_of(uint triangle) {
-    return texelFetch(triangle_corners, table_place(triangle), 0).xyz;
+    return read_texel(triangle_corners, table_place(triangle)).xyz;
 }
 
 uint material_of_triangle(uint triangle) {
-    return texelFetch(triangle_corners, table_place(triangle), 0).w;
+    return read_texel(triangle_corners, table_place(triangle)).w;
 }
 
 // The number of a triangle's smooth surface.
 //
 // curvature : how fast the normals turn over it [rad/m]
 uint surface_of(uint triangle, out float curvature) {
-    uint word = texelFetch(triangle_surfaces, table_place(triangle), 0).r;
+    uint word = read_texel(triangle_surfaces, table_place(triangle)).r;
     curvature = uintBitsToFloat(((word >> 21u) << 17u) + (111u << 23u));
     return word & 0x1fffffu;
 }

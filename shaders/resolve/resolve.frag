@@ -70,13 +70,13 @@ void add(inout Sum sum, Sum more) {
 
 // The radiance of a group, by the first page of its cell's block.
 vec4 point(uint first_page, ivec2 cell, int layer) {
-    return texelFetch(points, texel_of_page(int(first_page) + layer) + (cell & 1), 0);
+    return read_texel(points, texel_of_page(int(first_page) + layer) + (cell & 1));
 }
 
 // All samples of a cell.
 Sum cell_sum(ivec2 cell) {
-    uvec4 groups = texelFetch(cell_groups, cell, 0);
-    uint first_page = texelFetch(block_pages, cell / BLOCK, 0).r;
+    uvec4 groups = read_texel(cell_groups, cell);
+    uint first_page = read_texel(block_pages, cell / BLOCK).r;
     Sum sum = Sum(vec4(0.0), Share(0.0), Share(float(groups.x >> TEXELS)));
     // The groups come first, most of them within the first four.
     int layer = 0;
@@ -156,8 +156,8 @@ void main() {
     for (int j = first.y; j < last.y; ++j) {
         Sum row = NOTHING;
         for (int i = first.x; i < last.x; ++i) {
-            uvec4 groups = texelFetch(cell_groups, ivec2(i, j), 0);
-            uint first_page = texelFetch(block_pages, ivec2(i, j) / BLOCK, 0).r;
+            uvec4 groups = read_texel(cell_groups, ivec2(i, j));
+            uint first_page = read_texel(block_pages, ivec2(i, j) / BLOCK).r;
             // Its four samples, without a loop, since llvmpipe ends all loops of a shader after
             // 65,535 turns together.
             vec2 corner = to_square * (2.0 * vec2(i, j) + 0.5) + origin;
@@ -194,8 +194,8 @@ void main() {
 Sum soft_sum(ivec2 cell, vec4 all_of_it) {
     bool inside = all(greaterThanEqual(cell, ivec2(0))) && all(lessThan(cell, cells));
     cell = clamp(cell, ivec2(0), cells - 1);
-    uvec4 groups = texelFetch(cell_groups, cell, 0);
-    uint first_page = texelFetch(block_pages, cell / BLOCK, 0).r;
+    uvec4 groups = read_texel(cell_groups, cell);
+    uint first_page = read_texel(block_pages, cell / BLOCK).r;
     uint in_first = samples_of(groups.x);
     bool lit = inside && in_first > 0u, mixed = lit && in_first < groups.x >> TEXELS;
     vec4 light = point(first_page, cell, 0);
@@ -227,7 +227,7 @@ Sum sample_sum(ivec2 texel) {
     ivec2 cell = clamp(cell_of(texel), ivec2(0), cells - 1), place = texel - first_texel(cell);
     bool inside = all(greaterThanEqual(place, ivec2(0))) && all(lessThan(place, ivec2(STRIDE)));
     uint bit = inside ? 1u << uint(STRIDE * place.y + place.x) : 0u;
-    uvec4 groups = texelFetch(cell_groups, cell, 0);
+    uvec4 groups = read_texel(cell_groups, cell);
     bool held;
     int layer = place_in(groups, bit, held);
     bool more = !held && samples_of(groups.w) > 0u;
@@ -235,7 +235,7 @@ Sum sample_sum(ivec2 texel) {
         for (int from = 4; from < LAYERS && !held; from += 4)
             layer = from + place_in(groups_from(cell, from), bit, held);
     }
-    uint first_page = texelFetch(block_pages, cell / BLOCK, 0).r;
+    uint first_page = read_texel(block_pages, cell / BLOCK).r;
     vec4 light = point(first_page, cell, layer);
     return Sum(held ? light : vec4(0.0), Share(held ? 1.0 : 0.0), Share(1.0));
 }
@@ -290,7 +290,7 @@ void add_samples(inout Sum sum, uint group, vec4 light, vec2 corner, mat2 to_pix
 
 // The same of four layers of a cell, from one on.
 void add_groups(inout Sum sum, ivec2 cell, int layer, uvec4 groups, vec2 middle, mat2 to_pixel) {
-    uint first_page = texelFetch(block_pages, cell / BLOCK, 0).r;
+    uint first_page = read_texel(block_pages, cell / BLOCK).r;
     vec2 corner = vec2(first_texel(cell)) - middle;
     groups &= (1u << uint(TEXELS)) - 1u;
     add_samples(sum, groups.x, point(first_page, cell, layer), corner, to_pixel);

@@ -14,6 +14,7 @@ struct SunMap {
     int size;      // texels along an edge
     int column;    // of its first texel in the textures
     int bounds;    // column of its first cell in the texture of bounds
+    vec2 width;    // of a texel, as a part of the texture that is searched
     vec2 lean;     // of the line to the Sun's middle: texels per metre of height
     int taps;      // directions that stand for the disc, at most 128
 };

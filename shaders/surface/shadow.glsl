@@ -14,13 +14,6 @@
 #include "surface/creases.glsl"
 #include "surface/slabs.glsl"
 
-// Besides the directions that stand for the disc, so many near its middle look for casters.
-const int NEAR_TAPS = 6;
-// Directions that a sample tries at most.
-const int TAPS_OF_SAMPLE = 20;
-// Between successive directions [rad].
-const float GOLDEN_ANGLE = 2.39996323;
-
 // Bounds on the casters' depths: those of caster_level, and for cells of 64 texels in the cone to the
 // Sun's disc.
 const int CONE = CASTER_LEVELS;
@@ -248,18 +241,19 @@ float lit_by_neighbours(sampler2D depths, SunMap map, Receiver r, vec2 offset) {
 float lit_past_steps(sampler2D depths, sampler2D behind, SunMap map, Receiver r, vec2 offset) {
     ivec2 first = nearest_texels(map, r, offset);
     vec4 plane = plane_at(r, first);
-    mat3x4 depth = transpose(mat4x3(depths_at(depths, behind, map, first),
-                                    depths_at(depths, behind, map, first + ivec2(1, 0)),
-                                    depths_at(depths, behind, map, first + ivec2(0, 1)),
-                                    depths_at(depths, behind, map, first + 1)));
+    mat2x4 depth = transpose(mat4x2(depths_at(depths, map, first),
+                                    depths_at(depths, map, first + ivec2(1, 0)),
+                                    depths_at(depths, map, first + ivec2(0, 1)),
+                                    depths_at(depths, map, first + 1)));
     float above = map.top - r.here.z;
     vec4 high = above - map.depth * depth[0], low = above - map.depth * depth[1];
     vec4 rises = high - plane;
     bvec4 casting = greaterThan(high, plane + r.slack);
     vec4 over = vec4(casting) * vec4(greaterThanEqual(low, plane));
     // A step below what floats there.
-    vec4 next = above - map.depth * depth[2] - plane;
-    if (dot(over, over) > 0.0) rises = mix(rises, next, over);
+    vec4 next = vec4(depth_behind(behind, map, first), depth_behind(behind, map, first + ivec2(1, 0)),
+                     depth_behind(behind, map, first + ivec2(0, 1)), depth_behind(behind, map, first + 1));
+    if (dot(over, over) > 0.0) rises = mix(rises, above - map.depth * next - plane, over);
     vec4 dark = vec4(casting) * vec4(greaterThan(rises, vec4(r.slack)))
               * vec4(lessThan(rises, vec4(r.step)));
     vec2 weight = clamp(r.here.xy + offset - vec2(first) - 0.5, 0.0, 1.0);
@@ -270,116 +264,4 @@ float lit_past_steps(sampler2D depths, sampler2D behind, SunMap map, Receiver r,
         lit = lit_near_step(map, r, lit, edge_of(dark, weight), rise);
     }
     return lit;
-}
-
-// The samples of a group, all on the plane of the group's own receiver.
-struct Samples {
-    Receiver of_group;
-    mat2x3 steps;   // of the place from one texel of the raster to the next
-    vec2 middle;    // where the group's own receiver lies in the cell's window
-    uint group;
-    int count;
-};
-
-// Each sample of a group in turn, again and again.
-Receiver next_receiver(Samples samples, inout uint left) {
-    left = left == 0u ? samples.group : left;
-    Receiver r = samples.of_group;
-    r.here += samples.steps * (vec2(next_texel(left)) + 0.5 - samples.middle);
-    return r;
-}
-
-// Those of a group's samples that no plane shades to which the Sun is a point.
-//
-// reach : texels per metre of height to the disc's edge
-uint past_planes(sampler2D depths, sampler2D slopes, SunMap map, Samples samples, float reach) {
-    uint left = samples.group, past = 0u;
-    do {
-        uint bit = lowest_of(left);
-        Receiver r = next_receiver(samples, left);
-        bool lit = lit_past_planes(depths, slopes, map, r, vec2(0.0), 0.5 / reach) > 0.5;
-        past |= lit ? bit : 0u;
-    } while (left != 0u);
-    return past;
-}
-
-// Mean over the samples of a group of the light that low steps leave.
-float mean_past_steps(sampler2D depths, sampler2D behind, SunMap map, Samples samples) {
-    vec2 offset = to_surface(map, samples.of_group);
-    uint left = samples.group;
-    float lit = 0.0;
-    do lit += lit_past_steps(depths, behind, map, next_receiver(samples, left), offset); while (left != 0u);
-    return lit / float(samples.count);
-}
-
-// Share of the disc's light that passes the casters around a group of samples, per band: their mean.
-// Each sample takes its share of the directions that fill the disc together.
-//
-// highest : that a caster may stand over them [m]
-// reach : texels per metre of height to the disc's edge
-// limb_u, limb_v : darkening of the disc towards its limb, per band
-// turn : two numbers 0..1 that vary from group to group
-vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, Samples samples, float highest, float reach,
-               vec4 limb_u, vec4 limb_v, vec2 turn) {
-    float angle = 6.28318531 * turn.x;
-    vec2 first = vec2(cos(angle), sin(angle)), direction = first;
-    mat2 on = mat2(cos(GOLDEN_ANGLE), sin(GOLDEN_ANGLE), -sin(GOLDEN_ANGLE), cos(GOLDEN_ANGLE));
-    int taps = samples.count * clamp(map.taps / samples.count, 1, TAPS_OF_SAMPLE);
-    float share = 1.0 / float(taps);
-    // Directions are tried first at the bound's height. What they meet tells between which heights the
-    // slabs around lie; lower casters near the receivers are looked for on rings towards the disc's middle.
-    float high = highest, spread = sqrt(high * high * reach * reach + 0.6);
-    float deepest = high, near = 1.0 - 0.4 * turn.y;
-    bool sheets = !SOLID;
-    Slab overhead = NO_SLAB;
-    if (sheets) overhead = overhead_slab(depths, behind, map, samples.of_group);
-    Casters casters = Casters(0.0, high);
-    uvec4 blocked = uvec4(0u);   // a bit for each direction
-    bool steps = false;
-    uint left = samples.group;
-    for (int k = 0; k < taps + NEAR_TAPS; ++k) {
-        bool ring = k >= taps;
-        if (ring) near *= 0.55;
-        float part = ring ? near : sqrt((float(k) + turn.y) * share);
-        vec2 offset = part * spread * direction + (ring ? near * high : high) * map.lean;
-        Slab slab = slab_near(depths, behind, map, next_receiver(samples, left), overhead, offset);
-        direction = on * direction;
-        steps = steps || slab.step;
-        if (!slab.casts) continue;
-        casters.top = max(casters.top, slab.high);
-        uint bit = slab.high >= 0.95 * high ? 1u << uint(k & 31) : 0u;
-        blocked |= bit * uvec4(equal(ivec4(k >> 5), ivec4(0, 1, 2, 3)));
-        if (slab.ends) casters.bottom = min(casters.bottom, slab.low);
-        deepest = min(deepest, slab.low);
-    }
-    float past_steps = 1.0;
-    if (steps) past_steps = mean_past_steps(depths, behind, map, samples);
-    if (casters.top <= 0.0) return vec4(past_steps);
-    // All that stands around is as high as that: nothing is left to try.
-    bool settled = deepest >= 0.95 * high;
-    // Where no slab ends above the receivers, they all run down to them.
-    if (casters.bottom == high) casters.bottom = max(deepest, 0.05 * casters.top);
-
-    // Sums of 1, fall and fall^2, where 1 - fall is the cosine of emergence from the Sun's surface.
-    direction = first;
-    left = samples.group;
-    vec3 lit = vec3(0.0), all = vec3(0.0);
-    for (int k = 0; k < taps; ++k) {
-        float r2 = (float(k) + turn.y) * share;
-        vec2 ray = sqrt(r2) * reach * direction;   // texels per metre of height
-        direction = on * direction;
-        float fall = 1.0 - sqrt(1.0 - r2);
-        Receiver r = next_receiver(samples, left);
-        // Below the surface's own horizon: the disc's cosine leaves it out.
-        vec3 light = dot(r.slope, map.lean + ray) < 1.0 ? vec3(1.0, fall, fall * fall) : vec3(0.0);
-        uvec4 words = blocked * uvec4(equal(ivec4(k >> 5), ivec4(0, 1, 2, 3)));
-        bool shaded = (((words.x | words.y | words.z | words.w) >> uint(k & 31)) & 1u) == 1u;
-        bool open = !shaded && !settled;
-        if (open) shaded = meets_caster(depths, behind, map, r, overhead, ray, reach, casters);
-        all += light;
-        lit += shaded ? vec3(0.0) : light;
-    }
-    // The law of limb_profile, summed.
-    return past_steps * (lit.x - limb_u * lit.y - limb_v * lit.z)
-         / max(all.x - limb_u * all.y - limb_v * all.z, 1e-6);
 }

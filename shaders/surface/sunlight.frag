@@ -10,7 +10,7 @@
 #include "block/shadow"
 #define GROUPED
 #include "gbuffer/cells.glsl"
-#include "surface/shadow.glsl"
+#include "surface/disc.glsl"
 #include "surface/unknown_sunlight.glsl"
 #ifdef MOVING
 #include "common/moving.glsl"
@@ -41,7 +41,7 @@ uniform sampler2D sunlight;
 #else
 uniform sampler2D sun_tops;
 #endif
-#if defined(SEARCH) && !defined(SLABS)
+#ifdef SEARCH
 uniform sampler2D sun_behind;
 #endif
 
@@ -76,7 +76,11 @@ Atlas atlas_of(bool close) {
     vec4 atlas = close ? shadow_atlas[1] : shadow_atlas[0];
     mat4 all_of_it = shadow_from_body[0], closer = shadow_from_body[1], from_body;
     for (int k = 0; k < 4; ++k) from_body[k] = close ? closer[k] : all_of_it[k];
-    SunMap map = SunMap(frame.x, frame.y, frame.z, int(atlas.x), int(atlas.y), int(atlas.z),
+    vec2 width = vec2(0.0);
+#ifdef SLABS
+    width = 1.0 / vec2(textureSize(sun_slabs, 0));
+#endif
+    SunMap map = SunMap(frame.x, frame.y, frame.z, int(atlas.x), int(atlas.y), int(atlas.z), width,
                         shadow_lean / frame.x, int(shadow_taps));
     return Atlas(map, atlas.w, from_body);
 }
@@ -170,11 +174,11 @@ void main() {
     Around around = casters_around(sun_tops, atlas.map, of_group, atlas.reach, sample_reach);
 #endif
 #ifdef SEARCH
-    Samples samples = Samples(of_group, steps, point_of(group), group, int(samples_of(group)));
+    vec3 corner = of_group.here + steps * (0.5 - point_of(group));
+    Samples samples = Samples(of_group, steps, corner, group, int(samples_of(group)));
     vec2 turn = evenly_spread(vec2(cell_of_point(at)));
 #ifdef SLABS
 #define sun_depths sun_slabs
-#define sun_behind sun_slabs
 #endif
     float past = 1.0;
 #ifdef SHEETS

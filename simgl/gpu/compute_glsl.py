@@ -47,6 +47,7 @@ _TEXELS = {
     "uvec4": ("{}) writeonly uniform uimage2D", "{}"),
 }
 _HEAD = f"""#version {GLSL_VERSION} core
+#define COMPUTE
 layout(local_size_x = {WORKGROUP}, local_size_y = {WORKGROUP}) in;
 uniform ivec4 drawn_area;
 uniform float drawn_depth;

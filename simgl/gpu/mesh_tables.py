@@ -7,6 +7,7 @@ import numpy as np
 
 from simgl.arrays import AnyArray, IndexArray
 from simgl.gpu.release import all_or_nothing
+from simgl.gpu.render_targets import read_by_texel
 
 # Texels of a row of every table, as in shaders/gbuffer/triangles.glsl.
 COLUMNS = 2048
@@ -32,7 +33,7 @@ def table(ctx: moderngl.Context, values: AnyArray) -> moderngl.Texture:
     rows = table_rows(values)
     kind = "f4" if rows.dtype == np.float32 else "u4"
     texture = ctx.texture((COLUMNS, len(rows)), rows.shape[2], rows.tobytes(), dtype=kind)
-    texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    read_by_texel(texture)
     return texture
 
 

@@ -183,6 +183,13 @@ _MAX_BYTES = 512 << 20
 _OF_AN_IMAGE = 8
 
 
+def read_by_texel(texture: moderngl.Texture) -> None:
+    """Let shaders read a texture as ``shaders/common/texels.glsl`` does."""
+    texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    # llvmpipe would take as long to wrap a place as for the rest.
+    texture.repeat_x = texture.repeat_y = False
+
+
 def table_texture(ctx: moderngl.Context, values: Array32) -> moderngl.Texture:
     """(height, width) or (height, width, channels) values as a texture, read texel by texel."""
     height, width = values.shape[:2]
@@ -265,7 +272,7 @@ class GrowingTarget:
         kind = self._kind
         for _ in range(1 + max(index for group in self._groups for index in group)):
             texture = self._ctx.texture((columns, rows), kind.channels, dtype=kind.dtype)
-            texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            read_by_texel(texture)
             self._textures.append(texture)
         for group in self._groups:
             textures = [self._textures[index] for index in group]

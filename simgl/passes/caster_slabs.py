@@ -1,4 +1,4 @@
-"""The depths of a shadow map side by side: one look tells a search all of a place."""
+"""The depths of a shadow map side by side: one look tells a search both of a place."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ _SLABS = Block(
 
 
 class CasterSlabs:
-    """Draws, for each texel of a map, where the light meets the casters, leaves them again, and
-    would meet the next surface behind.
+    """Draws, for each texel of a map, where the light meets the casters and leaves them again.
 
-    A renderer on the CPU spends on a look at one channel what it spends on a look at four.
+    A renderer on the CPU spends on a look at one channel what it spends on a look at both. What
+    few looks ask for would drive what they all need out of its cache.
     """
 
     slabs = State()
@@ -29,23 +29,22 @@ class CasterSlabs:
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        self._program = FullscreenProgram(ctx, "shadow/slabs", _SLABS, ["depths", "behind"])
+        self._program = FullscreenProgram(ctx, "shadow/slabs", _SLABS, ["depths"])
 
     def draw(
         self,
         depths: moderngl.Texture,
-        behind: moderngl.Texture,
         first: int,
         size: int,
         target: moderngl.Framebuffer,
     ) -> None:
         """The texels of a map into those of the target.
 
-        depths, behind, first, size : the map's, its first column and its edge [texels]
-        target : RGBA32F: depths in that order, and nothing
+        depths, first, size : the map's, its first column and its edge [texels]
+        target : RG32F, depths in that order
         """
         self.slabs.apply(self._ctx, target, (first, 0, size, size))
-        self._program.draw({"map_size": size}, [depths, behind])
+        self._program.draw({"map_size": size}, [depths])
 
     def release(self) -> None:
         """Free everything."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import all_or_nothing, release_all
+from simgl.gpu.render_targets import read_by_texel
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
 from simgl.lru_cache import MANY, LruCache
 from simgl.passes.caster_bounds import CasterBounds
@@ -29,7 +30,7 @@ _LASTING = 4
 # Columns beside the maps, whose edges are powers of two: without them all rows of a texture would
 # share a few lines of a processor's cache, and drive each other out of it. So a row of depths, and
 # one of slabs, is an odd number of lines of 64 bytes.
-_SPARE, _SPARE_SLABS = 16, 4
+_SPARE, _SPARE_SLABS = 16, 8
 # Of the parts that a map is drawn in, those that read no other.
 _READING_NO_OTHER = 2
 
@@ -92,8 +93,8 @@ class ShadowPass:
         behind : nearest that faces the Sun behind the one that faces away
         tops : bounds on the nearest depth around each place, see ``shadow/tops.frag``
         planes : over the casters around each place, see ``shadow/planes.frag``
-        slabs : the depths and behind together, see ``shadow/slabs.frag``; both undefined without a
-            close map
+        slabs : both depths together, see ``shadow/slabs.frag``; undefined without a close map, as
+            the planes
         slopes : of the nearest surface, as deep as wide is 1; undefined without sheets
 
         Only the depths are drawn, the others by ``complete``: a renderer on the CPU waits where a
@@ -230,10 +231,9 @@ class ShadowPass:
     def _draw_slabs(self, maps: Sequence[ShadowMap], atlas: _ShadowAtlas) -> None:
         if len(maps) == 1:
             return
-        depths, behind = atlas.textures[:2]
-        column = 0
+        depths, column = atlas.textures[0], 0
         for one in maps:
-            self._slabs.draw(depths, behind, column, one.size, atlas.slabs)
+            self._slabs.draw(depths, column, one.size, atlas.slabs)
             column += one.size
 
     def _clear(self, target: moderngl.Framebuffer) -> None:
@@ -315,14 +315,14 @@ class _ShadowAtlas:
         self.planes = ctx.framebuffer([planes])
         # Only a close map has so many points to search that they are worth it.
         texels = (sum(sizes) + _SPARE_SLABS, max(sizes)) if len(sizes) > 1 else (1, 1)
-        slabs = ctx.texture(texels, 4, dtype="f4")
+        slabs = ctx.texture(texels, 2, dtype="f4")
         self.slabs = ctx.framebuffer([slabs])
         # As high as the depths that it is drawn with; its lower half stays unused.
         slopes = ctx.texture(depths.size, 2, dtype="f2")
         self.nearest = ctx.framebuffer([slopes], depths)
         self.textures = (depths, behind, tops, planes, slabs, slopes)
         for texture in self.textures:
-            texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            read_by_texel(texture)
 
     def hold(self, key: bytes) -> None:
         """Begin with other maps of these sizes."""
@@ -350,4 +350,4 @@ def _atlas_bytes(maps: Sequence[ShadowMap]) -> int:
     planes = (sum(sizes) // CELL) * (max(sizes) // CELL)
     slabs = sum(sizes) * max(sizes) if len(sizes) > 1 else 0
     # Three layers of depths, and slopes as high as two of them.
-    return 4 * sum(sizes) * 5 * max(sizes) + 8 * tops + 16 * (planes + slabs)
+    return 4 * sum(sizes) * 5 * max(sizes) + 8 * (tops + slabs) + 16 * planes

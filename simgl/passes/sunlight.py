@@ -82,7 +82,7 @@ class SunlightPass:
             (): grouped | depths | tops,
             ("PLANES",): _GBUFFER_UNITS | tops | planes,
             ("SEARCH",): searched | depths | behind,
-            ("SEARCH", "SLABS"): searched | slabs,
+            ("SEARCH", "SLABS"): searched | slabs | behind,
             ("NEIGHBOURS",): second | depths,
         }
         self._slopes = slopes
