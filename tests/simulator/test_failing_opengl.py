@@ -77,7 +77,8 @@ class Scenes:
 
     opening : calls of a new simulator
     first : calls of its first image
-    change : calls of an image after one of the other scene, both drawn before
+    change : calls of an image after one of the other scene, both drawn before, at least: what is
+        cached of it differs
     """
 
     scenarios: tuple[Scenario, Scenario]
@@ -100,17 +101,18 @@ def scenes(tmp_path_factory: pytest.TempPathFactory) -> Scenes:
     Simulator(first).close()
     with counted_calls() as calls, Simulator(first) as simulator:
         counts, digests = [calls.count], []
-        for scenario in (first, second, first):
+        for scenario in (first, second, first, second, first, second):
             digests.append(digest(simulator, scenario))
             counts.append(calls.count)
-    assert digests[0] == digests[2] != digests[1]
-    opening, drawn, _, change = np.diff([0, *counts]).tolist()
+    assert digests[:2] == digests[2:4] == digests[4:]
+    assert digests[0] != digests[1]
+    opening, drawn, _, *changes = np.diff([0, *counts]).tolist()
     return Scenes(
         scenarios=(first, second),
         digests=(digests[0], digests[1]),
         opening=opening,
         first=drawn,
-        change=change,
+        change=min(changes),
     )
 
 
@@ -167,7 +169,7 @@ def test_what_a_failed_image_left_half_made_is_used_by_no_other(
     shown, next_one = 0, 1
     with Simulator(scenes.scenarios[0], gl) as simulator:
         assert digest(simulator, scenes.scenarios[shown]) == scenes.digests[shown]
-        for place in (0.05, 0.3, 0.6, 0.9):
+        for place in (0.05, 0.3, 0.55, 0.8):
             calls.failing = calls.count + round(place * scenes.change)
             with pytest.raises(FAILURES):
                 digest(simulator, scenes.scenarios[next_one])
