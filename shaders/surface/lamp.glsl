@@ -13,6 +13,11 @@ uniform sampler2D lamp_bounds;
 const int LAMP_TAPS = 28, NEAR_LAMP_TAPS = 4;
 // Cosine and sine of the golden angle, 2.39996323 rad, between successive directions.
 const mat2 GOLDEN_TURN = mat2(-0.73736888, 0.67549029, -0.67549029, -0.73736888);
+// A receiver stands so far over its triangle [texels].
+const float LIFT = 0.25;
+// So far towards the viewer lies what is certainly on the viewer's side of all that meets the receiver's
+// surface there [texels]: rounding moves a place by less.
+const float SEEN = 0.05;
 
 // A spot light, camera axes.
 struct Lamp {
@@ -43,13 +48,26 @@ float beam_profile(Lamp lamp, float angle) {
     return 0.5 + 0.5 * cos(PI * clamp((angle - lamp.half_angle) / lamp.edge, 0.0, 1.0));
 }
 
-// A place that a lamp may light, on the lamp's map.
+// A place that a lamp may light, on the lamp's map: a little over the triangle that it lies on.
 struct LampReceiver {
     vec2 place;     // [texels], the middle of the first at 0
     float near;     // 1 / z [m-1]
     vec2 plane;     // of its own surface: change of 1 / z from texel to texel
     float slack;    // by so much rounding moves it
+    vec3 foot;      // place and 1 / z on the triangle itself
+    vec3 seen;      // and a little towards the viewer from there
+    float exact;    // so far from its plane a map may show the triangle [m-1]
+    float bent;     // what bends more from its plane is another surface [m-1]
+    float lifted;   // so far over the triangle, and rounding, is the receiver [m-1]
+    bool flat_facet;   // the triangle is the surface, and not a facet of a smooth one
 };
+
+// Place on a lamp's map [texels] and 1 / z [m-1] at v from the lamp [m].
+vec3 on_map(Lamp lamp, vec3 v) {
+    float near = 1.0 / dot(v, lamp.axis);
+    vec2 place = vec2(dot(lamp.column.xyz, v), dot(lamp.row.xyz, v)) * near;
+    return vec3(place + vec2(lamp.column.w, lamp.row.w) - 0.5, near);
+}
 
 // v : the surface from the lamp [m]
 //
@@ -60,13 +78,16 @@ LampReceiver lamp_receiver(Surface s, Lamp lamp, vec3 v) {
     vec2 per_tangent2 = vec2(dot(lamp.column.xyz, lamp.column.xyz),
                              dot(lamp.row.xyz, lamp.row.xyz));
     float texel = inversesqrt(min(per_tangent2.x, per_tangent2.y));   // as a tangent
+    float texel_m = texel * dot(v, lamp.axis);
+    LampReceiver r;
+    r.foot = on_map(lamp, v);
+    r.seen = on_map(lamp, v + SEEN * texel_m * s.wo);
     // The smooth surface that the normals stand for lies above its facets by the sagitta of an edge;
     // a quarter of a texel lifts the receiver there.
-    v += s.plain_n * (0.25 * texel * dot(v, lamp.axis));
-    LampReceiver r;
-    r.near = 1.0 / dot(v, lamp.axis);
-    r.place = vec2(dot(lamp.column.xyz, v), dot(lamp.row.xyz, v)) * r.near
-            + vec2(lamp.column.w, lamp.row.w) - 0.5;
+    v += LIFT * texel_m * s.plain_n;
+    vec3 over = on_map(lamp, v);
+    r.place = over.xy;
+    r.near = over.z;
     r.plane = vec2(dot(n, lamp.column.xyz), dot(n, lamp.row.xyz)) / per_tangent2
             / min(dot(n, v), -1e-9);
     // Rounding: positions in camera axes are good to 1e-7 of their size. The plane's normal, from
@@ -74,7 +95,60 @@ LampReceiver lamp_receiver(Surface s, Lamp lamp, vec3 v) {
     // the plane by 1e-3 / cos^2 t over up to 3 texels.
     float slope2 = dot(r.plane, r.plane) / (r.near * r.near * texel * texel);
     r.slack = r.near * (4e-6 + 4e-7 * length(s.place) * r.near + 0.004 * texel * (1.0 + slope2));
+    r.exact = r.near * (1e-6 + 2e-4 * texel * sqrt(slope2));
+    // Facets that turn by less than half a degree are one surface.
+    r.bent = 0.01 * r.near * texel * (1.0 + slope2);
+    r.flat_facet = dot(n, s.plain_n) > 1.0 - 1e-6;
+    r.lifted = r.near + dot(r.plane, r.foot.xy - r.place) - r.foot.z + r.slack;
     return r;
+}
+
+// Weights of three texels around a place, at an offset -0.5..0.5 from the middle one: a quadratic B-spline.
+vec3 spline_weights(float offset) {
+    float low = 0.5 * (0.5 - offset) * (0.5 - offset), high = 0.5 * (0.5 + offset) * (0.5 + offset);
+    return vec3(low, 1.0 - low - high, high);
+}
+
+// Share of 3 x 3 texels that a lamp of no size reaches, of those that tell of the receiver.
+//
+// A texel tells of its middle. Beside a crease that may lie on the other side. The plane of what it shows,
+// continued to the receiver, tells: a surface shades only where its plane passes over the receiver; and
+// what lies past that plane on the receiver's own is past the crease.
+//
+// middle : of the texels
+// nearer : only casters nearer than this [m-1] cast, besides those that meet the receiver's surface there
+float lit_past_creases(Lamp lamp, LampReceiver r, ivec2 middle, float nearer) {
+    vec2 offset = clamp(r.place - vec2(middle), -0.5, 0.5);
+    vec3 wx = spline_weights(offset.x), wy = spline_weights(offset.y);
+    vec2 from_foot = vec2(middle) - r.foot.xy, from_seen = vec2(middle) - r.seen.xy;
+    mat3 lit = outerProduct(wx, wy);
+    float shaded = 0.0;
+    mat3 on_this_side = mat3(1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0);
+    vec3 columns = vec3(-1.0, 0.0, 1.0) + from_foot.x;
+    for (int k = 0; k < 9; ++k) {
+        ivec2 to = ivec2(k % 3, k / 3) - 1;
+        vec2 away = vec2(to);
+        vec3 caster = texelFetch(lamp_maps, middle + to + ivec2(lamp.first, 0), 0).rba;
+        vec2 bend = caster.gb - r.plane;
+        float rise_of_texel = caster.r - r.foot.z - dot(r.plane, away + from_foot);
+        float least = r.flat_facet && length(bend) > r.bent ? r.exact : r.lifted;
+        if (rise_of_texel <= least) continue;
+        float over = caster.r - r.seen.z - dot(caster.gb, away + from_seen);
+        float over_foot = caster.r - r.foot.z - dot(caster.gb, away + from_foot);
+        float weight = wx[to.x + 1] * wy[to.y + 1];
+        lit[to.y + 1][to.x + 1] = 0.0;
+        bool meets = 1.5 * (abs(bend.x) + abs(bend.y)) > over_foot;
+        if (over <= (r.flat_facet ? r.exact : r.lifted) || caster.r <= nearer && !meets) continue;
+        shaded += weight;
+        for (int j = 0; j < 3; ++j) {
+            vec3 rise = over_foot + bend.x * columns + bend.y * (from_foot.y + float(j - 1));
+            on_this_side[j] *= vec3(greaterThan(rise, vec3(r.exact)));
+        }
+    }
+    lit = matrixCompMult(lit, on_this_side);
+    vec3 sums = lit * vec3(1.0);
+    float free = sums.x + sums.y + sums.z;
+    return free + shaded > 0.0 ? free / (free + shaded) : 1.0;
 }
 
 // Share of a neighbourhood of the surface that a lamp of no size reaches: 3 x 3 texel tests, weighted
@@ -86,18 +160,20 @@ float lit_by_point(Lamp lamp, LampReceiver r, float nearer) {
     ivec2 middle = clamp(ivec2(floor(r.place + 0.5)), ivec2(1), ivec2(lamp_map_size - 2));
     vec2 offset = clamp(r.place - vec2(middle), -0.5, 0.5);
     float expected = r.near + r.slack + dot(r.plane, vec2(middle) - r.place);
-    vec2 low = 0.5 * (0.5 - offset) * (0.5 - offset), high = 0.5 * (0.5 + offset) * (0.5 + offset);
-    vec3 wx = vec3(low.x, 1.0 - low.x - high.x, high.x);
-    vec3 wy = vec3(low.y, 1.0 - low.y - high.y, high.y);
+    vec3 wx = spline_weights(offset.x), wy = spline_weights(offset.y);
     float lit = 0.0;
+    ivec2 casting = ivec2(0);
     for (int j = -1; j <= 1; ++j) {
         ivec2 at = middle + ivec2(lamp.first, j);
         vec3 caster = vec3(texelFetch(lamp_maps, at - ivec2(1, 0), 0).r,
                            texelFetch(lamp_maps, at, 0).r,
                            texelFetch(lamp_maps, at + ivec2(1, 0), 0).r);
         vec3 here = expected + float(j) * r.plane.y + r.plane.x * vec3(-1.0, 0.0, 1.0);
+        bvec3 free = lessThanEqual(caster, here);
+        casting |= ivec2(!all(free), any(free));
         lit += wy[j + 1] * dot(wx, vec3(lessThanEqual(caster, max(here, vec3(nearer)))));
     }
+    if (casting.x + casting.y == 2) lit = lit_past_creases(lamp, r, middle, nearer);
     return lit;
 }
 

@@ -30,7 +30,7 @@ class LampShadowPass:
     """Draws the casters of each lamp, or finds them already drawn."""
 
     # Depth only sorts; what is looked up is 1 / z, both of a texel at once.
-    facing = State(depth=True, cull="back", channels="r")
+    facing = State(depth=True, cull="back", channels="rba")
     leaving = State(depth=True, cull="front", channels="g")
 
     @all_or_nothing
@@ -89,7 +89,7 @@ class LampShadowPass:
     def _made_targets(self) -> tuple[moderngl.Framebuffer, moderngl.Framebuffer]:
         if self._maps is None:
             size = MAX_LAMPS * MAP_SIZE + _SPARE, MAP_SIZE
-            nearest = self._ctx.texture(size, 2, dtype="f4")
+            nearest = self._ctx.texture(size, 4, dtype="f4")
             nearest.filter = (moderngl.NEAREST, moderngl.NEAREST)
             self._maps = self._ctx.framebuffer([nearest], self._ctx.depth_renderbuffer(size))
         if self._tops is None:
