@@ -206,16 +206,21 @@ struct LampSlab {
     bool casts, ends;
 };
 
-LampSlab lamp_slab(Lamp lamp, LampReceiver r, vec2 offset) {
+// ray : texels per 1 / z, of the line that looks there
+LampSlab lamp_slab(Lamp lamp, LampReceiver r, vec2 offset, vec2 ray) {
     ivec2 at = clamp(ivec2(floor(r.place + offset + 0.5)), ivec2(0), ivec2(lamp_map_size - 1));
     vec2 away = vec2(at) - r.place;
     float plane = dot(r.plane, away) + r.slack * (1.0 + abs(away.x) + abs(away.y));
     at.x += lamp.first;
     LampSlab slab;
-    vec2 ends = texelFetch(lamp_maps, at, 0).rg - r.near;
+    vec4 caster = texelFetch(lamp_maps, at, 0);
+    vec2 ends = caster.rg - r.near;
     slab.high = ends.x;
-    slab.casts = slab.high > plane && slab.high + r.near <= lamp.hard_near;
-    float low = ends.y;
+    // A texel tells of its middle; its plane tells whether the line runs below it at all.
+    bool below = slab.high > dot(caster.ba, away) || dot(caster.ba, ray) >= 1.0;
+    slab.casts = slab.high > plane && slab.high + r.near <= lamp.hard_near && below;
+    // Sheets are as thick as they rise over a texel: lines to the aperture find no gaps between texels.
+    float low = lamp.solid ? ends.y : min(ends.y, ends.x - abs(caster.b) - abs(caster.a));
     slab.ends = low >= plane;
     slab.low = min(slab.ends ? low : lamp.solid ? plane : slab.high, slab.high);
     return slab;
@@ -241,7 +246,8 @@ float lit_by_aperture(Lamp lamp, LampReceiver r, float high) {
         bool ring = k >= LAMP_TAPS;
         if (ring) near *= 0.5;
         float part = ring ? near : sqrt((float(k) + turn.y) / float(LAMP_TAPS));
-        LampSlab slab = lamp_slab(lamp, r, part * high * reach * direction);
+        vec2 ray = part * reach * direction;
+        LampSlab slab = lamp_slab(lamp, r, high * ray, ray);
         direction = GOLDEN_TURN * direction;
         if (!slab.casts) continue;
         top = max(top, slab.high);
@@ -263,7 +269,7 @@ float lit_by_aperture(Lamp lamp, LampReceiver r, float high) {
         do {
             // Near contact the disc shrinks below a texel; then the texel's own width smooths.
             float wider = sqrt(1.0 + 0.6 / max(height * height * widest * widest, 1e-6));
-            LampSlab slab = lamp_slab(lamp, r, height * wider * ray);
+            LampSlab slab = lamp_slab(lamp, r, height * wider * ray, ray);
             float meets = clamp(height, slab.low, slab.high);
             shaded = decided || slab.casts && abs(meets - height) <= 0.05 * height;
             decided = shaded || lowest && !slab.casts;
