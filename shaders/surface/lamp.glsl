@@ -18,6 +18,8 @@ const float LIFT = 0.25;
 // So far towards the viewer lies what is certainly on the viewer's side of all that meets the receiver's
 // surface there [texels]: rounding moves a place by less.
 const float SEEN = 0.05;
+// So close to a crease a texel's middle may show either side: rasterisers round corners to 1/256 [texels].
+const float SNAP = 0.01;
 
 // A spot light, camera axes.
 struct Lamp {
@@ -137,12 +139,13 @@ float lit_past_creases(Lamp lamp, LampReceiver r, ivec2 middle, float nearer) {
         float over_foot = caster.r - r.foot.z - dot(caster.gb, away + from_foot);
         float weight = wx[to.x + 1] * wy[to.y + 1];
         lit[to.y + 1][to.x + 1] = 0.0;
-        bool meets = 1.5 * (abs(bend.x) + abs(bend.y)) > over_foot;
+        float turn = abs(bend.x) + abs(bend.y);
+        bool meets = 1.5 * turn > over_foot;
         if (over <= (r.flat_facet ? r.exact : r.lifted) || caster.r <= nearer && !meets) continue;
         shaded += weight;
         for (int j = 0; j < 3; ++j) {
             vec3 rise = over_foot + bend.x * columns + bend.y * (from_foot.y + float(j - 1));
-            on_this_side[j] *= vec3(greaterThan(rise, vec3(r.exact)));
+            on_this_side[j] *= vec3(greaterThan(rise, vec3(r.exact + SNAP * turn)));
         }
     }
     lit = matrixCompMult(lit, on_this_side);
@@ -219,10 +222,11 @@ LampSlab lamp_slab(Lamp lamp, LampReceiver r, vec2 offset, vec2 ray) {
     // A texel tells of its middle; its plane tells whether the line runs below it at all.
     bool below = slab.high > dot(caster.ba, away) || dot(caster.ba, ray) >= 1.0;
     slab.casts = slab.high > plane && slab.high + r.near <= lamp.hard_near && below;
-    // Sheets are as thick as they rise over a texel: lines to the aperture find no gaps between texels.
-    float low = lamp.solid ? ends.y : min(ends.y, ends.x - abs(caster.b) - abs(caster.a));
+    // A sheet is as thick as it rises over a texel: lines to the aperture find no gaps between texels.
+    float thin = slab.high - abs(caster.b) - abs(caster.a);
+    float low = lamp.solid ? ends.y : min(ends.y, thin);
     slab.ends = low >= plane;
-    slab.low = min(slab.ends ? low : lamp.solid ? plane : slab.high, slab.high);
+    slab.low = min(slab.ends ? low : lamp.solid ? plane : max(thin, plane), slab.high);
     return slab;
 }
 
