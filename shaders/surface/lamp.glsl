@@ -6,6 +6,8 @@
 // In red 1 / z of the nearest caster [m-1], 0 where there is none, and in green where light first leaves
 // a solid again.
 uniform sampler2D lamp_maps;
+// Change of the nearest caster's from one column and one row to the next [m-1].
+uniform sampler2D lamp_slopes;
 // In green, bounds on it.
 uniform sampler2D lamp_bounds;
 
@@ -122,35 +124,46 @@ vec3 spline_weights(float offset) {
 float lit_past_creases(Lamp lamp, LampReceiver r, ivec2 middle, float nearer) {
     vec2 offset = clamp(r.place - vec2(middle), -0.5, 0.5);
     vec3 wx = spline_weights(offset.x), wy = spline_weights(offset.y);
-    vec2 from_foot = vec2(middle) - r.foot.xy, from_seen = vec2(middle) - r.seen.xy;
-    mat3 lit = outerProduct(wx, wy);
+    float min_over = r.flat_facet ? r.exact : r.lifted;
+    vec3 columns = vec3(-1.0, 0.0, 1.0) + float(middle.x) - r.foot.x;
+    vec3 rows = vec3(-1.0, 0.0, 1.0) + float(middle.y) - r.foot.y;
+    vec2 to_seen = r.foot.xy - r.seen.xy;
+    mat3 lit = mat3(wx * wy.x, wx * wy.y, wx * wy.z);
     float shaded = 0.0;
-    mat3 on_this_side = mat3(1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0);
-    vec3 columns = vec3(-1.0, 0.0, 1.0) + from_foot.x;
-    for (int k = 0; k < 9; ++k) {
-        ivec2 to = ivec2(k % 3, k / 3) - 1;
-        vec2 away = vec2(to);
-        vec3 caster = texelFetch(lamp_maps, middle + to + ivec2(lamp.first, 0), 0).rba;
-        vec2 bend = caster.gb - r.plane;
-        float rise_of_texel = caster.r - r.foot.z - dot(r.plane, away + from_foot);
-        float least = r.flat_facet && length(bend) > r.bent ? r.exact : r.lifted;
-        if (rise_of_texel <= least) continue;
-        float over = caster.r - r.seen.z - dot(caster.gb, away + from_seen);
-        float over_foot = caster.r - r.foot.z - dot(caster.gb, away + from_foot);
-        float weight = wx[to.x + 1] * wy[to.y + 1];
-        lit[to.y + 1][to.x + 1] = 0.0;
-        float turn = abs(bend.x) + abs(bend.y);
-        bool meets = 1.5 * turn > over_foot;
-        if (over <= (r.flat_facet ? r.exact : r.lifted) || caster.r <= nearer && !meets) continue;
-        shaded += weight;
-        for (int j = 0; j < 3; ++j) {
-            vec3 rise = over_foot + bend.x * columns + bend.y * (from_foot.y + float(j - 1));
-            on_this_side[j] *= vec3(greaterThan(rise, vec3(r.exact + SNAP * turn)));
+    // Of texels not on the receiver's side of what shades it, negative.
+    vec3 low = vec3(1.0), here = vec3(1.0), high = vec3(1.0);
+    for (int j = 0; j < 3; ++j) {
+        ivec2 at = middle + ivec2(lamp.first, j - 1);
+        vec3 caster = vec3(texelFetch(lamp_maps, at - ivec2(1, 0), 0).r,
+                           texelFetch(lamp_maps, at, 0).r,
+                           texelFetch(lamp_maps, at + ivec2(1, 0), 0).r);
+        vec3 rise = caster - r.foot.z - r.plane.x * columns - r.plane.y * rows[j];
+        if (all(lessThanEqual(rise, vec3(r.exact)))) continue;
+        mat3x2 slope = mat3x2(texelFetch(lamp_slopes, at - ivec2(1, 0), 0).rg,
+                              texelFetch(lamp_slopes, at, 0).rg,
+                              texelFetch(lamp_slopes, at + ivec2(1, 0), 0).rg);
+        vec3 across = vec3(slope[0].x, slope[1].x, slope[2].x) - r.plane.x;
+        vec3 along = vec3(slope[0].y, slope[1].y, slope[2].y) - r.plane.y;
+        vec3 turn = abs(across) + abs(along);
+        vec3 min_rise = mix(vec3(r.lifted), vec3(min_over), greaterThan(turn, vec3(r.bent)));
+        vec3 casts = vec3(greaterThan(rise, min_rise));
+        vec3 over_foot = rise - across * columns - along * rows[j];
+        vec3 over = caster - r.seen.z - (across + r.plane.x) * (columns + to_seen.x)
+                  - (along + r.plane.y) * (rows[j] + to_seen.y);
+        vec3 judged = max(vec3(greaterThan(caster, vec3(nearer))), vec3(greaterThan(1.5 * turn, over_foot)));
+        vec3 shading = casts * judged * vec3(greaterThan(over, vec3(min_over)));
+        lit[j] *= 1.0 - casts;
+        shaded += wy[j] * dot(wx, shading);
+        vec3 margin = over_foot - r.exact - SNAP * turn;
+        for (int i = 0; i < 3; ++i) {
+            if (shading[i] == 0.0) continue;
+            vec3 plane = margin[i] + across[i] * columns;
+            low = min(low, plane + along[i] * rows.x);
+            here = min(here, plane + along[i] * rows.y);
+            high = min(high, plane + along[i] * rows.z);
         }
     }
-    lit = matrixCompMult(lit, on_this_side);
-    vec3 sums = lit * vec3(1.0);
-    float free = sums.x + sums.y + sums.z;
+    float free = dot(lit[0], step(0.0, low)) + dot(lit[1], step(0.0, here)) + dot(lit[2], step(0.0, high));
     return free + shaded > 0.0 ? free / (free + shaded) : 1.0;
 }
 
@@ -216,15 +229,18 @@ LampSlab lamp_slab(Lamp lamp, LampReceiver r, vec2 offset, vec2 ray) {
     float plane = dot(r.plane, away) + r.slack * (1.0 + abs(away.x) + abs(away.y));
     at.x += lamp.first;
     LampSlab slab;
-    vec4 caster = texelFetch(lamp_maps, at, 0);
-    vec2 ends = caster.rg - r.near;
+    vec2 ends = texelFetch(lamp_maps, at, 0).rg - r.near;
     slab.high = ends.x;
-    // A texel tells of its middle; its plane tells whether the line runs below it at all.
-    bool below = slab.high > dot(caster.ba, away) || dot(caster.ba, ray) >= 1.0;
-    slab.casts = slab.high > plane && slab.high + r.near <= lamp.hard_near && below;
-    // A sheet is as thick as it rises over a texel: lines to the aperture find no gaps between texels.
-    float thin = slab.high - abs(caster.b) - abs(caster.a);
-    float low = lamp.solid ? ends.y : min(ends.y, thin);
+    slab.casts = slab.high > plane && slab.high + r.near <= lamp.hard_near;
+    float low = ends.y, thin = slab.high;
+    if (slab.casts) {
+        // A texel tells of its middle; its plane tells whether the line runs below it at all.
+        vec2 slope = texelFetch(lamp_slopes, at, 0).rg;
+        slab.casts = slab.high > dot(slope, away) || dot(slope, ray) >= 1.0;
+        // A sheet is as thick as it rises over a texel: lines find no gaps between its texels.
+        thin -= abs(slope.x) + abs(slope.y);
+        low = lamp.solid ? low : min(low, thin);
+    }
     slab.ends = low >= plane;
     slab.low = min(slab.ends ? low : lamp.solid ? plane : max(thin, plane), slab.high);
     return slab;
