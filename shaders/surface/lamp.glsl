@@ -6,6 +6,8 @@
 // In red 1 / z of the nearest caster [m-1], 0 where there is none, and in green where light first leaves
 // a solid again.
 uniform sampler2D lamp_maps;
+// Change of the nearest caster's from one column and one row to the next [m-1].
+uniform sampler2D lamp_slopes;
 // In green, bounds on it.
 uniform sampler2D lamp_bounds;
 
@@ -13,6 +15,13 @@ uniform sampler2D lamp_bounds;
 const int LAMP_TAPS = 28, NEAR_LAMP_TAPS = 4;
 // Cosine and sine of the golden angle, 2.39996323 rad, between successive directions.
 const mat2 GOLDEN_TURN = mat2(-0.73736888, 0.67549029, -0.67549029, -0.73736888);
+// A receiver stands so far over its triangle [texels].
+const float LIFT = 0.25;
+// So far towards the viewer lies what is certainly on the viewer's side of all that meets the receiver's
+// surface there [texels]: rounding moves a place by less.
+const float SEEN = 0.05;
+// So close to a crease a texel's middle may show either side: rasterisers round corners to 1/256 [texels].
+const float SNAP = 0.01;
 
 // A spot light, camera axes.
 struct Lamp {
@@ -43,13 +52,26 @@ float beam_profile(Lamp lamp, float angle) {
     return 0.5 + 0.5 * cos(PI * clamp((angle - lamp.half_angle) / lamp.edge, 0.0, 1.0));
 }
 
-// A place that a lamp may light, on the lamp's map.
+// A place that a lamp may light, on the lamp's map: a little over the triangle that it lies on.
 struct LampReceiver {
     vec2 place;     // [texels], the middle of the first at 0
     float near;     // 1 / z [m-1]
     vec2 plane;     // of its own surface: change of 1 / z from texel to texel
     float slack;    // by so much rounding moves it
+    vec3 foot;      // place and 1 / z on the triangle itself
+    vec3 seen;      // and a little towards the viewer from there
+    float exact;    // so far from its plane a map may show the triangle [m-1]
+    float bent;     // what bends more from its plane is another surface [m-1]
+    float lifted;   // so far over the triangle, and rounding, is the receiver [m-1]
+    bool flat_facet;   // the triangle is the surface, and not a facet of a smooth one
 };
+
+// Place on a lamp's map [texels] and 1 / z [m-1] at v from the lamp [m].
+vec3 on_map(Lamp lamp, vec3 v) {
+    float near = 1.0 / dot(v, lamp.axis);
+    vec2 place = vec2(dot(lamp.column.xyz, v), dot(lamp.row.xyz, v)) * near;
+    return vec3(place + vec2(lamp.column.w, lamp.row.w) - 0.5, near);
+}
 
 // v : the surface from the lamp [m]
 //
@@ -60,13 +82,16 @@ LampReceiver lamp_receiver(Surface s, Lamp lamp, vec3 v) {
     vec2 per_tangent2 = vec2(dot(lamp.column.xyz, lamp.column.xyz),
                              dot(lamp.row.xyz, lamp.row.xyz));
     float texel = inversesqrt(min(per_tangent2.x, per_tangent2.y));   // as a tangent
+    float texel_m = texel * dot(v, lamp.axis);
+    LampReceiver r;
+    r.foot = on_map(lamp, v);
+    r.seen = on_map(lamp, v + SEEN * texel_m * s.wo);
     // The smooth surface that the normals stand for lies above its facets by the sagitta of an edge;
     // a quarter of a texel lifts the receiver there.
-    v += s.plain_n * (0.25 * texel * dot(v, lamp.axis));
-    LampReceiver r;
-    r.near = 1.0 / dot(v, lamp.axis);
-    r.place = vec2(dot(lamp.column.xyz, v), dot(lamp.row.xyz, v)) * r.near
-            + vec2(lamp.column.w, lamp.row.w) - 0.5;
+    v += LIFT * texel_m * s.plain_n;
+    vec3 over = on_map(lamp, v);
+    r.place = over.xy;
+    r.near = over.z;
     r.plane = vec2(dot(n, lamp.column.xyz), dot(n, lamp.row.xyz)) / per_tangent2
             / min(dot(n, v), -1e-9);
     // Rounding: positions in camera axes are good to 1e-7 of their size. The plane's normal, from
@@ -74,7 +99,72 @@ LampReceiver lamp_receiver(Surface s, Lamp lamp, vec3 v) {
     // the plane by 1e-3 / cos^2 t over up to 3 texels.
     float slope2 = dot(r.plane, r.plane) / (r.near * r.near * texel * texel);
     r.slack = r.near * (4e-6 + 4e-7 * length(s.place) * r.near + 0.004 * texel * (1.0 + slope2));
+    r.exact = r.near * (1e-6 + 2e-4 * texel * sqrt(slope2));
+    // Facets that turn by less than half a degree are one surface.
+    r.bent = 0.01 * r.near * texel * (1.0 + slope2);
+    r.flat_facet = dot(n, s.plain_n) > 1.0 - 1e-6;
+    r.lifted = r.near + dot(r.plane, r.foot.xy - r.place) - r.foot.z + r.slack;
     return r;
+}
+
+// Weights of three texels around a place, at an offset -0.5..0.5 from the middle one: a quadratic B-spline.
+vec3 spline_weights(float offset) {
+    float low = 0.5 * (0.5 - offset) * (0.5 - offset), high = 0.5 * (0.5 + offset) * (0.5 + offset);
+    return vec3(low, 1.0 - low - high, high);
+}
+
+// Share of 3 x 3 texels that a lamp of no size reaches, of those that tell of the receiver.
+//
+// A texel tells of its middle. Beside a crease that may lie on the other side. The plane of what it shows,
+// continued to the receiver, tells: a surface shades only where its plane passes over the receiver; and
+// what lies past that plane on the receiver's own is past the crease.
+//
+// middle : of the texels
+// nearer : only casters nearer than this [m-1] cast, besides those that meet the receiver's surface there
+float lit_past_creases(Lamp lamp, LampReceiver r, ivec2 middle, float nearer) {
+    vec2 offset = clamp(r.place - vec2(middle), -0.5, 0.5);
+    vec3 wx = spline_weights(offset.x), wy = spline_weights(offset.y);
+    float min_over = r.flat_facet ? r.exact : r.lifted;
+    vec3 columns = vec3(-1.0, 0.0, 1.0) + float(middle.x) - r.foot.x;
+    vec3 rows = vec3(-1.0, 0.0, 1.0) + float(middle.y) - r.foot.y;
+    vec2 to_seen = r.foot.xy - r.seen.xy;
+    mat3 lit = mat3(wx * wy.x, wx * wy.y, wx * wy.z);
+    float shaded = 0.0;
+    // Of texels not on the receiver's side of what shades it, negative.
+    vec3 low = vec3(1.0), here = vec3(1.0), high = vec3(1.0);
+    for (int j = 0; j < 3; ++j) {
+        ivec2 at = middle + ivec2(lamp.first, j - 1);
+        vec3 caster = vec3(texelFetch(lamp_maps, at - ivec2(1, 0), 0).r,
+                           texelFetch(lamp_maps, at, 0).r,
+                           texelFetch(lamp_maps, at + ivec2(1, 0), 0).r);
+        vec3 rise = caster - r.foot.z - r.plane.x * columns - r.plane.y * rows[j];
+        if (all(lessThanEqual(rise, vec3(r.exact)))) continue;
+        mat3x2 slope = mat3x2(texelFetch(lamp_slopes, at - ivec2(1, 0), 0).rg,
+                              texelFetch(lamp_slopes, at, 0).rg,
+                              texelFetch(lamp_slopes, at + ivec2(1, 0), 0).rg);
+        vec3 across = vec3(slope[0].x, slope[1].x, slope[2].x) - r.plane.x;
+        vec3 along = vec3(slope[0].y, slope[1].y, slope[2].y) - r.plane.y;
+        vec3 turn = abs(across) + abs(along);
+        vec3 min_rise = mix(vec3(r.lifted), vec3(min_over), greaterThan(turn, vec3(r.bent)));
+        vec3 casts = vec3(greaterThan(rise, min_rise));
+        vec3 over_foot = rise - across * columns - along * rows[j];
+        vec3 over = caster - r.seen.z - (across + r.plane.x) * (columns + to_seen.x)
+                  - (along + r.plane.y) * (rows[j] + to_seen.y);
+        vec3 judged = max(vec3(greaterThan(caster, vec3(nearer))), vec3(greaterThan(1.5 * turn, over_foot)));
+        vec3 shading = casts * judged * vec3(greaterThan(over, vec3(min_over)));
+        lit[j] *= 1.0 - casts;
+        shaded += wy[j] * dot(wx, shading);
+        vec3 margin = over_foot - r.exact - SNAP * turn;
+        for (int i = 0; i < 3; ++i) {
+            if (shading[i] == 0.0) continue;
+            vec3 plane = margin[i] + across[i] * columns;
+            low = min(low, plane + along[i] * rows.x);
+            here = min(here, plane + along[i] * rows.y);
+            high = min(high, plane + along[i] * rows.z);
+        }
+    }
+    float free = dot(lit[0], step(0.0, low)) + dot(lit[1], step(0.0, here)) + dot(lit[2], step(0.0, high));
+    return free + shaded > 0.0 ? free / (free + shaded) : 1.0;
 }
 
 // Share of a neighbourhood of the surface that a lamp of no size reaches: 3 x 3 texel tests, weighted
@@ -86,18 +176,20 @@ float lit_by_point(Lamp lamp, LampReceiver r, float nearer) {
     ivec2 middle = clamp(ivec2(floor(r.place + 0.5)), ivec2(1), ivec2(lamp_map_size - 2));
     vec2 offset = clamp(r.place - vec2(middle), -0.5, 0.5);
     float expected = r.near + r.slack + dot(r.plane, vec2(middle) - r.place);
-    vec2 low = 0.5 * (0.5 - offset) * (0.5 - offset), high = 0.5 * (0.5 + offset) * (0.5 + offset);
-    vec3 wx = vec3(low.x, 1.0 - low.x - high.x, high.x);
-    vec3 wy = vec3(low.y, 1.0 - low.y - high.y, high.y);
+    vec3 wx = spline_weights(offset.x), wy = spline_weights(offset.y);
     float lit = 0.0;
+    ivec2 casting = ivec2(0);
     for (int j = -1; j <= 1; ++j) {
         ivec2 at = middle + ivec2(lamp.first, j);
         vec3 caster = vec3(texelFetch(lamp_maps, at - ivec2(1, 0), 0).r,
                            texelFetch(lamp_maps, at, 0).r,
                            texelFetch(lamp_maps, at + ivec2(1, 0), 0).r);
         vec3 here = expected + float(j) * r.plane.y + r.plane.x * vec3(-1.0, 0.0, 1.0);
+        bvec3 free = lessThanEqual(caster, here);
+        casting |= ivec2(!all(free), any(free));
         lit += wy[j + 1] * dot(wx, vec3(lessThanEqual(caster, max(here, vec3(nearer)))));
     }
+    if (casting.x + casting.y == 2) lit = lit_past_creases(lamp, r, middle, nearer);
     return lit;
 }
 
@@ -130,7 +222,8 @@ struct LampSlab {
     bool casts, ends;
 };
 
-LampSlab lamp_slab(Lamp lamp, LampReceiver r, vec2 offset) {
+// ray : texels per 1 / z, of the line that looks there
+LampSlab lamp_slab(Lamp lamp, LampReceiver r, vec2 offset, vec2 ray) {
     ivec2 at = clamp(ivec2(floor(r.place + offset + 0.5)), ivec2(0), ivec2(lamp_map_size - 1));
     vec2 away = vec2(at) - r.place;
     float plane = dot(r.plane, away) + r.slack * (1.0 + abs(away.x) + abs(away.y));
@@ -139,9 +232,17 @@ LampSlab lamp_slab(Lamp lamp, LampReceiver r, vec2 offset) {
     vec2 ends = texelFetch(lamp_maps, at, 0).rg - r.near;
     slab.high = ends.x;
     slab.casts = slab.high > plane && slab.high + r.near <= lamp.hard_near;
-    float low = ends.y;
+    float low = ends.y, thin = slab.high;
+    if (slab.casts) {
+        // A texel tells of its middle; its plane tells whether the line runs below it at all.
+        vec2 slope = texelFetch(lamp_slopes, at, 0).rg;
+        slab.casts = slab.high > dot(slope, away) || dot(slope, ray) >= 1.0;
+        // A sheet is as thick as it rises over a texel: lines find no gaps between its texels.
+        thin -= abs(slope.x) + abs(slope.y);
+        low = lamp.solid ? low : min(low, thin);
+    }
     slab.ends = low >= plane;
-    slab.low = min(slab.ends ? low : lamp.solid ? plane : slab.high, slab.high);
+    slab.low = min(slab.ends ? low : lamp.solid ? plane : max(thin, plane), slab.high);
     return slab;
 }
 
@@ -165,7 +266,8 @@ float lit_by_aperture(Lamp lamp, LampReceiver r, float high) {
         bool ring = k >= LAMP_TAPS;
         if (ring) near *= 0.5;
         float part = ring ? near : sqrt((float(k) + turn.y) / float(LAMP_TAPS));
-        LampSlab slab = lamp_slab(lamp, r, part * high * reach * direction);
+        vec2 ray = part * reach * direction;
+        LampSlab slab = lamp_slab(lamp, r, high * ray, ray);
         direction = GOLDEN_TURN * direction;
         if (!slab.casts) continue;
         top = max(top, slab.high);
@@ -187,7 +289,7 @@ float lit_by_aperture(Lamp lamp, LampReceiver r, float high) {
         do {
             // Near contact the disc shrinks below a texel; then the texel's own width smooths.
             float wider = sqrt(1.0 + 0.6 / max(height * height * widest * widest, 1e-6));
-            LampSlab slab = lamp_slab(lamp, r, height * wider * ray);
+            LampSlab slab = lamp_slab(lamp, r, height * wider * ray, ray);
             float meets = clamp(height, slab.low, slab.high);
             shaded = decided || slab.casts && abs(meets - height) <= 0.05 * height;
             decided = shaded || lowest && !slab.casts;

@@ -101,6 +101,8 @@ def lamp_view(
     high = np.max([s.high for s in seen], axis=0)
     middle, half = 0.5 * (low + high), 0.5 * _MARGIN * (high - low)
     far = max(s.far for s in seen) * 1.001
+    # As near as the casters allow: depth is as fine in 1 / z as the range is short.
+    near = max(near, 0.999 * min(s.nearest for s in seen))
     clip_from_lamp = np.zeros((4, 4))
     clip_from_lamp[0, [0, 2]] = 1.0 / half[0], -middle[0] / half[0]
     clip_from_lamp[1, 1:3] = 1.0 / half[1], -middle[1] / half[1]
