@@ -4,10 +4,8 @@
 #include "surface/material.glsl"
 
 // In red 1 / z of the nearest caster [m-1], 0 where there is none, and in green where light first leaves
-// a solid again.
+// a solid again. In blue and alpha the change of red from one column and one row to the next.
 uniform sampler2D lamp_maps;
-// Change of the nearest caster's from one column and one row to the next [m-1].
-uniform sampler2D lamp_slopes;
 // In green, bounds on it.
 uniform sampler2D lamp_bounds;
 
@@ -134,16 +132,13 @@ float lit_past_creases(Lamp lamp, LampReceiver r, ivec2 middle, float nearer) {
     vec3 low = vec3(1.0), here = vec3(1.0), high = vec3(1.0);
     for (int j = 0; j < 3; ++j) {
         ivec2 at = middle + ivec2(lamp.first, j - 1);
-        vec3 caster = vec3(texelFetch(lamp_maps, at - ivec2(1, 0), 0).r,
-                           texelFetch(lamp_maps, at, 0).r,
-                           texelFetch(lamp_maps, at + ivec2(1, 0), 0).r);
+        vec4 left = read_texel(lamp_maps, at - ivec2(1, 0)), own = read_texel(lamp_maps, at),
+             right = read_texel(lamp_maps, at + ivec2(1, 0));
+        vec3 caster = vec3(left.r, own.r, right.r);
         vec3 rise = caster - r.foot.z - r.plane.x * columns - r.plane.y * rows[j];
         if (all(lessThanEqual(rise, vec3(r.exact)))) continue;
-        mat3x2 slope = mat3x2(texelFetch(lamp_slopes, at - ivec2(1, 0), 0).rg,
-                              texelFetch(lamp_slopes, at, 0).rg,
-                              texelFetch(lamp_slopes, at + ivec2(1, 0), 0).rg);
-        vec3 across = vec3(slope[0].x, slope[1].x, slope[2].x) - r.plane.x;
-        vec3 along = vec3(slope[0].y, slope[1].y, slope[2].y) - r.plane.y;
+        vec3 across = vec3(left.b, own.b, right.b) - r.plane.x;
+        vec3 along = vec3(left.a, own.a, right.a) - r.plane.y;
         vec3 turn = abs(across) + abs(along);
         vec3 min_rise = mix(vec3(r.lifted), vec3(min_over), greaterThan(turn, vec3(r.bent)));
         vec3 casts = vec3(greaterThan(rise, min_rise));
@@ -181,9 +176,8 @@ float lit_by_point(Lamp lamp, LampReceiver r, float nearer) {
     ivec2 casting = ivec2(0);
     for (int j = -1; j <= 1; ++j) {
         ivec2 at = middle + ivec2(lamp.first, j);
-        vec3 caster = vec3(texelFetch(lamp_maps, at - ivec2(1, 0), 0).r,
-                           texelFetch(lamp_maps, at, 0).r,
-                           texelFetch(lamp_maps, at + ivec2(1, 0), 0).r);
+        vec3 caster = vec3(read_texel(lamp_maps, at - ivec2(1, 0)).r, read_texel(lamp_maps, at).r,
+                           read_texel(lamp_maps, at + ivec2(1, 0)).r);
         vec3 here = expected + float(j) * r.plane.y + r.plane.x * vec3(-1.0, 0.0, 1.0);
         bvec3 free = lessThanEqual(caster, here);
         casting |= ivec2(!all(free), any(free));
@@ -209,7 +203,7 @@ float casters_above(Lamp lamp, LampReceiver r, float widest) {
     do {
         level = finer;
         ivec2 at = cell + ivec2(lamp.first_bounds + level * (lamp_map_size >> 3), 0);
-        high = min(high, texelFetch(lamp_bounds, at, 0).g - r.near);
+        high = min(high, read_texel(lamp_bounds, at).g - r.near);
         finer = caster_level(max(high, 0.0) * widest + 2.0);
     } while (++turn < 3 && finer < level);
     return high;
@@ -229,13 +223,13 @@ LampSlab lamp_slab(Lamp lamp, LampReceiver r, vec2 offset, vec2 ray) {
     float plane = dot(r.plane, away) + r.slack * (1.0 + abs(away.x) + abs(away.y));
     at.x += lamp.first;
     LampSlab slab;
-    vec2 ends = texelFetch(lamp_maps, at, 0).rg - r.near;
+    vec4 texel = read_texel(lamp_maps, at);
+    vec2 ends = texel.rg - r.near, slope = texel.ba;
     slab.high = ends.x;
     slab.casts = slab.high > plane && slab.high + r.near <= lamp.hard_near;
     float low = ends.y, thin = slab.high;
     if (slab.casts) {
         // A texel tells of its middle; its plane tells whether the line runs below it at all.
-        vec2 slope = texelFetch(lamp_slopes, at, 0).rg;
         slab.casts = slab.high > dot(slope, away) || dot(slope, ray) >= 1.0;
         // A sheet is as thick as it rises over a texel: lines find no gaps between its texels.
         thin -= abs(slope.x) + abs(slope.y);

@@ -32,7 +32,7 @@ class State:
     cull : "back", "front" or None
     blend : (source, destination) factors, or None
     write_color : write the colour attachments
-    channels : of these, those to write; of each attachment, or the same of all
+    channels : of these, those to write
     clip_planes : so many of gl_ClipDistance cut what is drawn
     """
 
@@ -44,15 +44,13 @@ class State:
     cull: str | None = None
     blend: tuple[int, int] | None = None
     write_color: bool = True
-    channels: str | tuple[str, ...] = "rgba"
+    channels: str = "rgba"
     clip_planes: int = 0
 
     @cached_property
-    def _color_masks(self) -> tuple[tuple[bool, ...], ...]:
-        each = (self.channels,) if isinstance(self.channels, str) else self.channels
-        return tuple(
-            tuple(self.write_color and one in written for one in "rgba") for written in each
-        )
+    def _color_mask(self) -> tuple[bool, bool, bool, bool]:
+        red, green, blue, alpha = (self.write_color and one in self.channels for one in "rgba")
+        return red, green, blue, alpha
 
     @cached_property
     def _flags(self) -> int:
@@ -76,9 +74,8 @@ class State:
         target.viewport = viewport
         target.scissor = scissor  # type: ignore[assignment]
         if attachments := target.color_attachments:
-            masks = self._color_masks
-            masks = masks * len(attachments) if len(masks) == 1 else masks
-            target.color_mask = masks[0] if len(masks) == 1 else masks  # type: ignore[assignment]
+            one, count = self._color_mask, len(attachments)
+            target.color_mask = one if count == 1 else (one,) * count  # type: ignore[assignment]
         target.depth_mask = self.depth and not self.keep_depth
         # After its settings: those of a framebuffer that is bound already may not reach OpenGL.
         target.use()

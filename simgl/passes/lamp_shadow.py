@@ -10,7 +10,7 @@ import numpy as np
 
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import all_or_nothing
-from simgl.gpu.render_targets import textures_of
+from simgl.gpu.render_targets import read_by_texel, textures_of
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
 from simgl.passes.caster_bounds import CasterBounds
 from simgl.passes.mesh_store import MeshStore
@@ -30,8 +30,8 @@ class LampShadowPass:
     """Draws the casters of each lamp, or finds them already drawn."""
 
     # Depth only sorts; what is looked up is 1 / z, both of a texel at once.
-    facing = State(depth=True, cull="back", channels=("r", "rg"))
-    leaving = State(depth=True, cull="front", channels=("g", ""))
+    facing = State(depth=True, cull="back", channels="rba")
+    leaving = State(depth=True, cull="front", channels="g")
 
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
@@ -44,11 +44,11 @@ class LampShadowPass:
         self._drawn: list[bytes | None] = [None] * MAX_LAMPS
 
     def draw(self, lamps: Sequence[LampView]) -> tuple[moderngl.Texture, ...]:
-        """The lamps' maps, slopes and bounds on the maps; none where there are no lamps.
+        """The lamps' maps and bounds on them; none where there are no lamps.
 
         maps : side by side, in red 1 / z [m-1] of the nearest caster and 0 where there is none; in
-            green where light first leaves a solid again
-        slopes : of the nearest caster's 1 / z, to the next column and row [m-1]
+            green where light first leaves a solid again; in blue and alpha the slopes of red, to
+            the next column and row [m-1]
         bounds : of each map's 1 / z, ``CasterBounds``
         """
         if not lamps:
@@ -70,7 +70,7 @@ class LampShadowPass:
         self._layer(lamp, maps, column, self.facing)
         if lamp.hard_near > 0.0:
             self._layer(lamp, maps, column, self.leaving)
-            nearest, _ = textures_of(maps)
+            (nearest,) = textures_of(maps)
             self._bounds.draw(nearest, column, MAP_SIZE, tops, index * LAMP_BOUNDS)
 
     def _layer(
@@ -90,13 +90,12 @@ class LampShadowPass:
     def _made_targets(self) -> tuple[moderngl.Framebuffer, moderngl.Framebuffer]:
         if self._maps is None:
             size = MAX_LAMPS * MAP_SIZE + _SPARE, MAP_SIZE
-            textures = [self._ctx.texture(size, 2, dtype="f4") for _ in ("nearest", "slopes")]
-            for texture in textures:
-                texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-            self._maps = self._ctx.framebuffer(textures, self._ctx.depth_renderbuffer(size))
+            nearest = self._ctx.texture(size, 4, dtype="f4")
+            read_by_texel(nearest)
+            self._maps = self._ctx.framebuffer([nearest], self._ctx.depth_renderbuffer(size))
         if self._tops is None:
             tops = self._ctx.texture((MAX_LAMPS * LAMP_BOUNDS, MAP_SIZE // CELL), 2, dtype="f4")
-            tops.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            read_by_texel(tops)
             self._tops = self._ctx.framebuffer([tops])
         return self._maps, self._tops
 

@@ -43,7 +43,7 @@ _TEXTURED = ("textured_reflectance", "textured_emission", "textured_normal")
 # In the order of the sunlight pass's textures.
 _SUNLIGHT_UNITS = {"sunlight": 11, "searched_sunlight": 8, "searched_pages": 9}
 _SKY_UNITS = {"sky_cube": 12, "sky_lobes": 13, "sky_irradiance": 14}
-_LAMP_UNITS = {"lamp_maps": 15, "lamp_slopes": 24, "lamp_bounds": 21}
+_LAMP_UNITS = {"lamp_maps": 15, "lamp_bounds": 21}
 
 _LOBES = {"lobe_table": LOBE_UNIT}
 # In the order of the glossy pass's textures.
