@@ -132,13 +132,13 @@ float lit_past_creases(Lamp lamp, LampReceiver r, ivec2 middle, float nearer) {
     vec3 low = vec3(1.0), here = vec3(1.0), high = vec3(1.0);
     for (int j = 0; j < 3; ++j) {
         ivec2 at = middle + ivec2(lamp.first, j - 1);
-        vec4 left = read_texel(lamp_maps, at - ivec2(1, 0)), own = read_texel(lamp_maps, at),
+        vec4 left = read_texel(lamp_maps, at - ivec2(1, 0)), centre = read_texel(lamp_maps, at),
              right = read_texel(lamp_maps, at + ivec2(1, 0));
-        vec3 caster = vec3(left.r, own.r, right.r);
+        vec3 caster = vec3(left.r, centre.r, right.r);
         vec3 rise = caster - r.foot.z - r.plane.x * columns - r.plane.y * rows[j];
         if (all(lessThanEqual(rise, vec3(r.exact)))) continue;
-        vec3 across = vec3(left.b, own.b, right.b) - r.plane.x;
-        vec3 along = vec3(left.a, own.a, right.a) - r.plane.y;
+        vec3 across = vec3(left.b, centre.b, right.b) - r.plane.x;
+        vec3 along = vec3(left.a, centre.a, right.a) - r.plane.y;
         vec3 turn = abs(across) + abs(along);
         vec3 min_rise = mix(vec3(r.lifted), vec3(min_over), greaterThan(turn, vec3(r.bent)));
         vec3 casts = vec3(greaterThan(rise, min_rise));
