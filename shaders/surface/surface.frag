@@ -1,5 +1,6 @@
 // Radiance of a spacecraft's surface [W m-2 sr-1]: the sum over all light that reaches it, or each
 // light apart.
+// A file is included once: here, since others include this one only where they are wanted.
 #include "common/texels.glsl"
 #include "surface/gbuffer.glsl"
 #include "surface/sun.glsl"
