@@ -251,7 +251,7 @@ class ClientProtocol:
         self._last_heard: float | None = None
         self._calls: dict[int | None, Call[Any]] = {}
         self._states: LruCache[int, State] = LruCache(MAX_STATES)
-        # Of a state, when no call could be told.
+        # Of a state, or of the client's identity, when no call could be told.
         self._refusal: RemoteError | None = None
 
     # Requests
@@ -315,7 +315,7 @@ class ClientProtocol:
     # Calls
 
     def open(self, call: Call[Any]) -> None:
-        """Begin a call, which ``close`` ends; it fails at once for a state refused before."""
+        """Begin a call, which ``close`` ends; it fails at once for what was refused before."""
         self._calls[call.id] = call
         if self._refusal is not None:
             call.fail(self._refusal)
@@ -383,18 +383,19 @@ class ClientProtocol:
     def _handle_error(self, reply: Error) -> None:
         error = RemoteError(self.address, reply)
         refused = reply.id is not None and self._states.find(reply.id) is not None
+        shared_identity = reply.code == ErrorCode.SHARED_IDENTITY
         reported = False
         for call in self._open_calls():
             # Without an id the server could not tell which request it was: none must wait in vain.
             if reply.id is None or reply.id == call.id:
-                concerned = call.sent or reply.code == ErrorCode.SHARED_IDENTITY
+                concerned = call.sent or shared_identity
             else:
                 # A refused state is reported by the next call that waits.
                 concerned = refused and (isinstance(call.request, Next) or not call.sent)
             if concerned:
                 call.fail(error)
                 reported = True
-        if refused and not reported:
+        if (refused or shared_identity) and not reported:
             self._refusal = error
 
     def handle_event(self, event: int) -> bool:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import time
 from collections.abc import Callable, Iterator
 from typing import Any, TypeVar
 
@@ -92,7 +91,7 @@ class RouterSocket:
             if not frames:
                 return
             client = frames[0].bytes
-            if self._identities.is_taken_over(client, frames[-1], time.monotonic()):
+            if self._identities.is_taken_over(client, frames[-1]):
                 # Nothing that one of the two asked for may reach the other.
                 self._on_gone(client)
                 self._refuse_identity(client)

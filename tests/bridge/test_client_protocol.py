@@ -137,3 +137,16 @@ def test_a_state_refused_while_nobody_waited_fails_the_next_call(protocol: Clien
     # It is told once.
     protocol.open(second)
     assert not second.done
+
+
+def test_a_shared_identity_is_told_to_the_next_call(protocol: ClientProtocol) -> None:
+    # A client that is between two calls whenever it is told would never learn of it.
+    arrive(protocol, error(None, "SHARED_IDENTITY"))
+    next_call = Call(Ping(id=1), Pong, 5.0)
+    protocol.open(next_call)
+    with pytest.raises(RemoteError, match="SHARED_IDENTITY"):
+        next_call.result()
+    protocol.close(next_call)
+    later = Call(Ping(id=2), Pong, 5.0)
+    protocol.open(later)
+    assert not later.done
