@@ -9,6 +9,8 @@ from __future__ import annotations
 import faulthandler
 import os
 import sys
+from _thread import start_new_thread
+from time import sleep
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -17,6 +19,9 @@ if TYPE_CHECKING:
     from signal import Signals
     from types import FrameType, TracebackType
     from typing import NoReturn
+
+# What a first signal leaves the clean-up: threads at work, each to its next step [s].
+_CLEAN_UP_TIME = 3.0
 
 # Files that are being written under a temporary name; removed where the program ends at once.
 unfinished_files: set[Path] = set()
@@ -35,7 +40,7 @@ _ending = _Ending()
 
 
 def end_by_signals() -> None:
-    """From here on SIGINT, SIGTERM and SIGHUP end this process in one line.
+    """From here on SIGINT, SIGTERM and SIGHUP end this process in one line, within some seconds.
 
     A signal that was ignored before stays so, such as SIGHUP under nohup. A fault of native code
     prints the stacks of all threads.
@@ -94,6 +99,8 @@ def block_interrupts() -> None:
 def receive(number: Signals) -> NoReturn:
     """Begin to end as if a signal had come."""
     _ending.received = number
+    # Unlike threading's threads it takes no lock that the interrupted code may hold.
+    start_new_thread(_end_clean_up, (number,))
     raise KeyboardInterrupt
 
 
@@ -114,6 +121,12 @@ def _on_signal(number: int, frame: FrameType | None) -> None:
         # Who imports may turn any exception into another one, or do without the module.
         _exit_at_once(signalled)
     receive(signalled)
+
+
+def _end_clean_up(number: Signals) -> None:
+    """Threads of a pool are waited for, however much of their work is left: no longer than this."""
+    sleep(_CLEAN_UP_TIME)
+    _exit_at_once(number)
 
 
 def _is_importing(frame: FrameType | None) -> bool:
@@ -147,8 +160,10 @@ def _exit_at_once(number: Signals) -> NoReturn:
             path.unlink()
         except OSError:
             continue
-    _report(number)
-    os._exit(128 + number)
+    try:
+        _report(number)
+    finally:
+        os._exit(128 + number)
 
 
 def _report(number: Signals) -> None:

@@ -147,7 +147,11 @@ def _in_turn(
     """The results in order, two at a time: numpy and Embree mostly release Python's lock."""
     done = 0
     with ThreadPoolExecutor(max_workers=2) as threads:
-        for part, result in zip(parts, threads.map(counted, parts), strict=True):
-            done += len(part)
-            tick(done)
-            yield result
+        try:
+            for part, result in zip(parts, threads.map(counted, parts), strict=True):
+                done += len(part)
+                tick(done)
+                yield result
+        finally:
+            # Where nobody wants the rest.
+            threads.shutdown(wait=False, cancel_futures=True)

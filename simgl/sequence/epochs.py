@@ -62,7 +62,7 @@ def epochs(
     if len(given) != 1:
         names = " and ".join(given) if given else "none of them"
         problem = f"needs exactly one of {', '.join(ways)}; got {names}"
-        raise ConfigError(_COMMAND_LINE, "sequence", problem)
+        raise ConfigError(_COMMAND_LINE, "a trajectory", problem)
     start, stop = span(scenario, options)
     for name, value in (("--count", options.count), ("--random", options.random)):
         if value is not None and not 1 <= value <= MAX_FRAMES:

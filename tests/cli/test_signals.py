@@ -139,6 +139,20 @@ def test_a_second_signal_does_not_wait_for_the_clean_up(tmp_path: Path) -> None:
     assert not half.exists()
 
 
+def test_a_clean_up_without_end_is_ended() -> None:
+    ended = python(
+        "import os, signal, threading\n"
+        "from simgl import interruption\n"
+        "interruption.end_by_signals()\n"
+        "work = threading.Event()\n"
+        "try:\n"
+        "    os.kill(os.getpid(), signal.SIGINT)\n"
+        "finally:\n"
+        "    work.wait()\n"
+    )
+    assert (ended.returncode, ended.stderr) == (130, "simgl: interrupted\n")
+
+
 def test_a_signal_that_was_ignored_stays_so() -> None:
     ended = python(
         "import os, signal\n"
