@@ -9,7 +9,7 @@ import numpy as np
 
 from simgl.gpu.context import is_software
 from simgl.gpu.mesh_tables import table
-from simgl.gpu.pipeline_state import State, clear_depth
+from simgl.gpu.pipeline_state import State, clear_depth, part_to_clear
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.render_targets import Format, GrowingTarget, textures_of
 from simgl.gpu.uniform_blocks import UniformBuffer
@@ -53,8 +53,9 @@ class VisibilityPass:
         size = tile.raster_size
         (target,) = self._target.covering(size)
         viewport = (0, 0, *size)
-        self.closed.apply(self._ctx, target, viewport, viewport)
-        target.clear(depth=1.0, viewport=viewport)
+        cleared = part_to_clear(target, viewport)
+        self.closed.apply(self._ctx, target, cleared, cleared)
+        target.clear(depth=1.0, viewport=cleared)
         self._tile.bind()
         self._spacecraft.bind()
         for index, clip_from_camera in enumerate(tile.slices):
