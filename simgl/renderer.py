@@ -15,7 +15,7 @@ from simgl.camera.pinhole_fields import pinhole_fields
 from simgl.environment_map import SkyRadiance
 from simgl.errors import ConfigError
 from simgl.exposure_renderer import Drawing, ExposureRenderer
-from simgl.gpu.context import current, is_software
+from simgl.gpu.context import begin_draws, current, is_software
 from simgl.gpu.release import all_or_nothing, release_all
 from simgl.gpu.render_targets import Format, ImageTarget, TargetStore, drawable_part, largest_edge
 from simgl.gpu.timers import PassTimer
@@ -248,6 +248,7 @@ class Renderer:
         with self.timer.measure("planet"):
             area = 0, 0, *fine.size
             self._planet.draw(view.background, fine.framebuffer, area, hidden)
+            begin_draws(self._ctx)
         if view.field is not None:
             with self.timer.measure("warp"):
                 self._warp.mean(view.field, fine.textures[0], target.framebuffer)
@@ -290,6 +291,7 @@ class Renderer:
             for part in lit_parts(tile, view):
                 with self.timer.measure("visibility"):
                     visibility = self._visibility.draw(part, spacecraft)
+                    begin_draws(self._ctx)
                 # Other threads get on until here: while this one waits for OpenGL, it holds
                 # Python's lock.
                 with self.timer.measure("interreflection"):

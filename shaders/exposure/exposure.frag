@@ -5,6 +5,7 @@
 // into electrons_per_light [e- W-1 m2, with LENS e- W-1 m2 sr]: one row for each pixel of a square of
 // 2 x 2, in the order (0, 0), (1, 0), (0, 1), (1, 1), which are alike without colour filters.
 #include "block/exposure"
+#include "common/texels.glsl"
 #include "optics/off_axis.glsl"
 
 uniform sampler2D light;
@@ -16,7 +17,7 @@ vec2 even_and_odd(int column) {
     int row = int(gl_FragCoord.y);
     // The last group may reach past the end of the row.
     ivec2 pixel = ivec2(min(column, textureSize(light, 0).x - 1), row);
-    vec4 square = electrons_per_light * texelFetch(light, pixel, 0);
+    vec4 square = electrons_per_light * read_texel(light, pixel);
 #ifdef LENS
     square *= off_axis(pixel, intrinsics);
 #endif

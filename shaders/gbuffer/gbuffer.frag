@@ -206,8 +206,8 @@ uint look_up(ivec2 cell, uint group) {
     face_normal.w = 0.0;
     for (int k = 0; k < 3; ++k) {
         uint row = 2u * (SIDES * corner[k] + uint(back) % SIDES);
-        indirect += inside[k] * texelFetch(vertex_light, table_place(row), 0);
-        face_normal.w += inside[k] * texelFetch(vertex_light, table_place(row + 1u), 0).r;
+        indirect += inside[k] * read_texel(vertex_light, table_place(row));
+        face_normal.w += inside[k] * read_texel(vertex_light, table_place(row + 1u)).r;
     }
 #ifdef LIGHT_GRIDS
     indirect = max(indirect + more_of_grid(max(seen.x, 1u) - 1u, inside, back), 0.0);

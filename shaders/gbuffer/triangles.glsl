@@ -2,9 +2,9 @@
 #include "common/texels.glsl"
 
 uniform usampler2D triangle_corners;    // indices of the corners; material
-// The number of the smooth surface, from 1 on; from bit 21 on the curvature, the upper bits of a float
-// from 2^-16 on.
-uniform usampler2D triangle_surfaces;
+// Of each triangle that is drawn, the mesh's that it is, or is a part of. The number of the smooth surface,
+// from 1 on; from bit 21 on the curvature, the upper bits of a float from 2^-16 on.
+uniform usampler2D drawn_triangles;
 
 const uint TABLE_COLUMNS = 2048u;   // of simgl/gpu/mesh_tables.py
 
@@ -20,11 +20,12 @@ uint material_of_triangle(uint triangle) {
     return read_texel(triangle_corners, table_place(triangle)).w;
 }
 
-// The number of a triangle's smooth surface.
+// The number of the smooth surface of a triangle that is drawn.
 //
-// curvature : how fast the normals turn over it [rad/m]
-uint surface_of(uint triangle, out float curvature) {
-    uint word = read_texel(triangle_surfaces, table_place(triangle)).r;
-    curvature = uintBitsToFloat(((word >> 21u) << 17u) + (111u << 23u));
-    return word & 0x1fffffu;
+// triangle : its number in the mesh; curvature : how fast the normals turn over it [rad/m]
+uint surface_of(uint drawn, out uint triangle, out float curvature) {
+    uvec2 row = read_texel(drawn_triangles, table_place(drawn)).rg;
+    triangle = row.x;
+    curvature = uintBitsToFloat(((row.y >> 21u) << 17u) + (111u << 23u));
+    return row.y & 0x1fffffu;
 }

@@ -6,7 +6,7 @@ uniform sampler2D relative_illumination;
 // intrinsics : fx, fy, cx, cy [pixels]
 float off_axis(ivec2 pixel, vec4 intrinsics) {
 #ifdef MAPPED
-    return texelFetch(relative_illumination, pixel, 0).r;
+    return read_texel(relative_illumination, pixel).r;
 #else
     vec2 tangent = (vec2(pixel) + 0.5 - intrinsics.zw) / intrinsics.xy;
     float cos2 = 1.0 / (1.0 + dot(tangent, tangent));

@@ -6,6 +6,7 @@
 // Each map is compiled in where the camera has what it holds. COLLECT stops before the full well, for
 // charge that spills into other pixels; SPILT takes up from there.
 #include "common/philox.glsl"
+#include "common/texels.glsl"
 #include "block/detector"
 #include "readout/poisson.glsl"
 
@@ -53,22 +54,22 @@ vec4 random(ivec2 group, uint stream) {
 
 #ifdef SPILT
 vec4 collected(ivec2 group) {
-    return texelFetch(spilt_electrons, group, 0);
+    return read_texel(spilt_electrons, group);
 }
 #else
 vec4 collected(ivec2 group) {
-    vec4 mean = texelFetch(mean_electrons, group, 0);
+    vec4 mean = read_texel(mean_electrons, group);
 #ifdef GAIN_MAP
-    mean *= texelFetch(gain_map, group, 0);
+    mean *= read_texel(gain_map, group);
 #endif
     mean += dark_electrons;
 #ifdef DARK_MAP
-    mean += exposure_time * texelFetch(dark_map, group, 0);
+    mean += exposure_time * read_texel(dark_map, group);
 #endif
     // Far beyond the full well the count no longer matters, and stays an exact float.
     vec4 count = poisson(clamp(mean, 0.0, 1e7), random(group, SHOT));
 #ifdef HITS
-    count += texelFetch(hits, group, 0);
+    count += read_texel(hits, group);
 #endif
     return count;
 }
@@ -82,10 +83,10 @@ void main() {
 uvec4 digital(ivec2 group) {
     vec4 signal = min(collected(group), full_well);
 #ifdef OFFSET_MAP
-    signal += texelFetch(offset_map, group, 0);
+    signal += read_texel(offset_map, group);
 #endif
 #ifdef ROW_OFFSETS
-    signal += texelFetch(row_offsets, ivec2(0, group.y), 0).r;
+    signal += read_texel(row_offsets, ivec2(0, group.y)).r;
 #endif
     signal += read_noise * normal(random(group, READ));
     return uvec4(clamp(floor(signal * gain_dn_per_e + pedestal), 0.0, largest_dn));

@@ -2,6 +2,7 @@
 // middle, so far moved towards the light that no texel of the cell stands over it; with JOINED, none of
 // the cells around it either.
 #include "block/planes"
+#include "common/texels.glsl"
 
 uniform sampler2D source;   // depths; with JOINED such planes
 
@@ -19,23 +20,24 @@ void main() {
     ivec2 at = ivec2(gl_FragCoord.xy) - ivec2(int(first_column), 0);
 #ifdef JOINED
     ivec2 last = textureSize(source, 0) - 1;
-    plane = texelFetch(source, at, 0);
+    plane = read_texel(source, at);
     vec4 centre = plane;
     for (int j = -1; j <= 1; ++j)
         for (int i = -1; i <= 1; ++i) {
             ivec2 other = clamp(at + ivec2(i, j), ivec2(0), last);
-            plane.z = min(plane.z, nearest_over(centre, texelFetch(source, other, 0), 8.0 * vec2(other - at)));
+            plane.z = min(plane.z, nearest_over(centre, read_texel(source, other), 8.0 * vec2(other - at)));
         }
 #else
     ivec2 first = 8 * at + ivec2(int(source_column), 0);
-    float low = texelFetch(source, first + 1, 0).r, high = texelFetch(source, first + 6, 0).r;
-    float right = texelFetch(source, first + ivec2(6, 1), 0).r;
-    float up = texelFetch(source, first + ivec2(1, 6), 0).r;
+    float low = read_texel(source, first + 1).r, high = read_texel(source, first + 6).r;
+    float right = read_texel(source, first + ivec2(6, 1)).r;
+    float up = read_texel(source, first + ivec2(1, 6)).r;
     vec2 slope = vec2(right - low + high - up, up - low + high - right) / 10.0;
     plane = vec4(slope, 1e9, 0.0);
+    vec2 width = 1.0 / vec2(textureSize(source, 0));
     for (int j = 0; j < 8; ++j)
         for (int i = 0; i < 8; ++i) {
-            float depth = texelFetch(source, first + ivec2(i, j), 0).r;
+            float depth = read_texel(source, first + ivec2(i, j), width).r;
             plane.z = min(plane.z, depth - dot(slope, vec2(i, j) - 3.5));
         }
 #endif

@@ -9,6 +9,7 @@ out vec2 slopes;
 #include "block/caster"
 #endif
 #ifdef BEHIND
+#include "common/texels.glsl"
 
 uniform sampler2D before;   // another map; its lower half: where the light leaves the casters
 
@@ -16,7 +17,7 @@ uniform sampler2D before;   // another map; its lower half: where the light leav
 void skip_before() {
     ivec2 at = ivec2(gl_FragCoord.xy);
     int size = int(caster_map_size);
-    float left = texelFetch(before, ivec2(at.x, at.y + size), 0).r;
+    float left = read_texel(before, ivec2(at.x, at.y + size)).r;
     // Two steps of 24-bit depth: a surface does not lie behind itself.
     if (gl_FragCoord.z <= left + 1.2e-7) discard;
 }

@@ -2,6 +2,7 @@
 // and farthest of four squares of cells, which together make a larger one; or, with CONE, wherever a
 // caster can stand between a receiver in the cell and the Sun's disc.
 #include "block/tops"
+#include "common/texels.glsl"
 
 uniform sampler2D cells;   // nearest and farthest depth; with CONE in cells of 64 texels
 
@@ -21,15 +22,15 @@ void main() {
     int reach = min(int(full_reach / 64.0) + 2, last.x);
     for (int j = max(at.y - reach, 0); j <= min(at.y + reach, last.y); ++j)
         for (int i = max(at.x - reach, 0); i <= min(at.x + reach, last.x); ++i) {
-            vec2 cell = texelFetch(cells, ivec2(i, j), 0).rg;
+            vec2 cell = read_texel(cells, ivec2(i, j)).rg;
             float gap = 64.0 * float(max(max(abs(i - at.x), abs(j - at.y)) - 1, 0));
             if (gap > full_reach * (1.0 - cell.x) + 1.0) continue;
             bounds = joined(bounds, cell);
         }
 #else
     ivec2 low = max(at + int(square_low), ivec2(0)), high = min(at + int(square_high), last);
-    bounds = joined(joined(texelFetch(cells, low, 0).rg, texelFetch(cells, high, 0).rg),
-                    joined(texelFetch(cells, ivec2(low.x, high.y), 0).rg,
-                           texelFetch(cells, ivec2(high.x, low.y), 0).rg));
+    bounds = joined(joined(read_texel(cells, low).rg, read_texel(cells, high).rg),
+                    joined(read_texel(cells, ivec2(low.x, high.y)).rg,
+                           read_texel(cells, ivec2(high.x, low.y)).rg));
 #endif
 }

@@ -23,7 +23,7 @@ vec2 depths_around(sampler2D tops, SunMap map, vec2 place, int level) {
     int shift = level < CONE ? 3 : 6;
     ivec2 at = clamp(ivec2(place) >> shift, ivec2(0), ivec2((map.size >> shift) - 1));
     at.x += map.bounds + level * (map.size >> 3);
-    return texelFetch(tops, at, 0).rg;
+    return read_texel(tops, at).rg;
 }
 
 // What the bounds tell of the casters around a receiver.
@@ -38,7 +38,7 @@ struct Around {
 // `reach` away: none stands over the plane that the map's cell holds (shadow/planes.frag).
 bool free_of_casters(sampler2D planes, SunMap map, Receiver r, float reach) {
     ivec2 cell = clamp(ivec2(r.here.xy) >> 3, ivec2(0), ivec2((map.size >> 3) - 1));
-    vec3 over = texelFetch(planes, cell + ivec2(map.column >> 3, 0), 0).xyz;
+    vec3 over = read_texel(planes, cell + ivec2(map.column >> 3, 0)).xyz;
     vec2 place = r.here.xy - 8.0 * (vec2(cell) + 0.5);
     vec2 slope = abs(map.depth * over.xy + r.slope);
     float high = map.top - r.here.z - map.depth * (over.z + dot(over.xy, place)) + r.drop;
@@ -86,9 +86,9 @@ ivec2 nearest_texels(SunMap map, Receiver r, vec2 offset) {
 
 // Heights over the receiver [m] of four texels of the texture, from one of them on.
 vec4 heights_of(sampler2D depths, SunMap map, Receiver r, ivec2 at) {
-    vec4 depth = vec4(texelFetch(depths, at, 0).r, texelFetch(depths, at + ivec2(1, 0), 0).r,
-                      texelFetch(depths, at + ivec2(0, 1), 0).r,
-                      texelFetch(depths, at + ivec2(1, 1), 0).r);
+    vec4 depth = vec4(read_texel(depths, at).r, read_texel(depths, at + ivec2(1, 0)).r,
+                      read_texel(depths, at + ivec2(0, 1)).r,
+                      read_texel(depths, at + ivec2(1, 1)).r);
     return map.top - r.here.z - map.depth * depth;
 }
 
@@ -196,8 +196,8 @@ bvec4 past_crease(sampler2D depths, SunMap map, Receiver r, ivec2 first, vec4 hi
     float above = map.top - r.here.z;
     float level = dot(r.slope, vec2(first) + corner + 0.5 - r.here.xy) - r.drop - r.lift;
     float here = mix(mix(high.x, high.y, corner.x), mix(high.z, high.w, corner.x), corner.y) - level;
-    vec4 deep = vec4(texelFetch(depths, at + x, 0).r, texelFetch(depths, at + y, 0).r,
-                     texelFetch(depths, at + 2 * x, 0).r, texelFetch(depths, at + 2 * y, 0).r);
+    vec4 deep = vec4(read_texel(depths, at + x).r, read_texel(depths, at + y).r,
+                     read_texel(depths, at + 2 * x).r, read_texel(depths, at + 2 * y).r);
     vec2 along = r.slope * inward;
     vec4 rise = above - map.depth * deep - level - vec4(along, 2.0 * along);
     vec2 bend = abs(rise.zw - 2.0 * rise.xy + here);

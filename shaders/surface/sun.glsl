@@ -1,5 +1,6 @@
 #include "block/spacecraft"
 #include "common/sun.glsl"
+#include "common/texels.glsl"
 #include "gbuffer/page_places.glsl"
 #include "surface/material.glsl"
 #include "surface/unknown_sunlight.glsl"
@@ -14,14 +15,14 @@ uniform usampler2D searched_pages;
 
 // The share at a shading point.
 vec4 sunlight_at(ivec2 at) {
-    vec4 lit = texelFetch(sunlight, at, 0);
+    vec4 lit = read_texel(sunlight, at);
     if (lit.x < 0.0) {
-        uvec2 pages = texelFetch(searched_pages, entry_of_point(at), 0).rg;
+        uvec2 pages = read_texel(searched_pages, entry_of_point(at)).rg;
         uint page = lit.x == SEARCH_TELLS ? pages.r : pages.g;
         int index = listed_index(page, at);
         int square = index >> 4;
         ivec2 place = 4 * ivec2(square & (SQUARES - 1), square / SQUARES);
-        lit = texelFetch(searched_sunlight, place + ivec2(index & 3, (index >> 2) & 3), 0);
+        lit = read_texel(searched_sunlight, place + ivec2(index & 3, (index >> 2) & 3));
     }
     return lit;
 }

@@ -111,22 +111,22 @@ void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
 #ifdef SECOND
 #ifdef IN_PLACE
-    float known_by = texelFetch(sunlight, at, 0).x;
+    float known_by = read_texel(sunlight, at).x;
 #ifdef SEARCH
     if (known_by != SEARCH_TELLS) discard;
 #else
     if (known_by != NEIGHBOURS_TELL) discard;
 #endif
 #else
-    uint point = texelFetch(searched_points, at, 0).r;
+    uint point = read_texel(searched_points, at).r;
     if (point == ~0u) discard;
     at = ivec2(point & 65535u, point >> 16u);
 #endif
 #endif
     vec3 wi = sun_direction.xyz;
-    vec3 body = texelFetch(gbuffer_position, at, 0).xyz;
-    vec3 n = texelFetch(gbuffer_normal_roughness, at, 0).xyz;
-    vec3 facet = texelFetch(gbuffer_face_normal, at, 0).xyz;
+    vec3 body = read_texel(gbuffer_position, at).xyz;
+    vec3 n = read_texel(gbuffer_normal_roughness, at).xyz;
+    vec3 facet = read_texel(gbuffer_face_normal, at).xyz;
     vec3 place = (camera_from_body * vec4(body, 1.0)).xyz;
     mat3 body_from_camera = transpose(mat3(camera_from_body));
 #ifdef MOVING
@@ -169,7 +169,7 @@ void main() {
     vec2 spread = cell_reach * (abs(steps[0].xy) + abs(steps[1].xy));
     float sample_reach = max(spread.x, spread.y);
 #ifdef SECOND
-    float highest = texelFetch(sunlight, at, 0).y;
+    float highest = read_texel(sunlight, at).y;
 #else
     Around around = casters_around(sun_tops, atlas.map, of_group, atlas.reach, sample_reach);
 #endif

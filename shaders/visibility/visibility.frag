@@ -7,20 +7,13 @@
 #include "surface/cut_out.glsl"
 #endif
 
-#ifdef SPLIT
-uniform usampler2D split_triangles;   // the mesh's triangle that each is a part of
-#endif
-
 // The triangle's index plus 1; its spacecraft, smooth surface and side. Both are 0 where empty.
 out uvec2 seen;
 
 void main() {
-    uint triangle = uint(gl_PrimitiveID);
-#ifdef SPLIT
-    triangle = texelFetch(split_triangles, table_place(triangle), 0).r;
-#endif
+    uint triangle;
     float curvature;
-    uint surface = surface_of(triangle, curvature);
+    uint surface = surface_of(uint(gl_PrimitiveID), triangle, curvature);
     if (curvature > largest_curvature * gl_FragCoord.w) {
         // A surface of its own, different from those of all samples around.
         uvec2 texel = uvec2(gl_FragCoord.xy) & 31u;

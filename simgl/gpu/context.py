@@ -266,7 +266,15 @@ def temporary_context(backend: str = "auto", device_index: int = 0) -> Iterator[
             close_context(ctx)
 
 
-_finishes: WeakKeyDictionary[moderngl.Context, Callable[[], None]] = WeakKeyDictionary()
+_functions: WeakKeyDictionary[moderngl.Context, dict[str, Callable[[], None]]] = WeakKeyDictionary()
+
+
+def _call(ctx: moderngl.Context, name: str) -> None:
+    """Call a function of OpenGL without arguments, while other threads run."""
+    known = _functions.setdefault(ctx, {})
+    if name not in known:
+        known[name] = opengl_function(name)
+    known[name]()
 
 
 def wait_for_draws(ctx: moderngl.Context) -> None:
@@ -274,9 +282,15 @@ def wait_for_draws(ctx: moderngl.Context) -> None:
 
     To be called before what is drawn is read: moderngl's reads keep Python's lock while they wait.
     """
-    if ctx not in _finishes:
-        _finishes[ctx] = opengl_function("glFinish")
-    _finishes[ctx]()
+    _call(ctx, "glFinish")
+
+
+def begin_draws(ctx: moderngl.Context) -> None:
+    """Let the driver draw what it was given, while this thread prepares what comes next.
+
+    llvmpipe gathers draws until their target changes, and its threads have nothing to do meanwhile.
+    """
+    _call(ctx, "glFlush")
 
 
 def is_software(ctx: moderngl.Context) -> bool:

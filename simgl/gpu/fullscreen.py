@@ -8,7 +8,7 @@ from typing import Any
 import moderngl
 
 from simgl.gpu.compute_screen import ComputeScreen
-from simgl.gpu.context import prefers_compute
+from simgl.gpu.context import begin_draws, prefers_compute
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.program import load_program
 from simgl.gpu.release import all_or_nothing
@@ -51,6 +51,7 @@ class Screen:
         assert depths is None
         state.apply(self._ctx, target, area, area)
         self._array.render(moderngl.TRIANGLES, vertices=3, first=3 * opposite)
+        begin_draws(self._ctx)
 
     def release(self) -> None:
         """Free everything."""
@@ -87,6 +88,7 @@ class FullscreenProgram:
         shared: Sequence[Block] = (),
         spare: Sequence[Block] = (),
     ) -> None:
+        self._ctx = ctx
         self._program = load_program(
             ctx,
             name,
@@ -106,6 +108,7 @@ class FullscreenProgram:
         for unit, texture in enumerate(textures):
             texture.use(unit)
         self._array.render(moderngl.TRIANGLES, vertices=3)
+        begin_draws(self._ctx)
 
     def release(self) -> None:
         """Free everything."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import moderngl
 import numpy as np
 
-from simgl.arrays import AnyArray, IndexArray
+from simgl.arrays import AnyArray, IndexArray, UIntArray
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.render_targets import read_by_texel
 
@@ -48,8 +48,7 @@ class MeshTables:
     """The tables of one mesh.
 
     corners : for each triangle the indices of its corners, and its material
-    surfaces : for each the number of its smooth surface, from 1 on, and from bit 21 on its
-        curvature; apart, since every sample asks for these
+    drawn : what every sample asks for, where all triangles are drawn (``drawn_rows``)
     vertices : for each vertex, a texel each: place and label; normal; with details place in the
         images, and factors of the base colour
     """
@@ -74,12 +73,22 @@ class MeshTables:
             texels[:, 2, :2], texels[:, 3] = details["uv"], details["tint"]
         self.vertices = table(ctx, texels.reshape(-1, 4))
         word = (surface % _MAX_SURFACES + 1) | _short_float(curvature) << 21
-        self.surfaces = table(ctx, word.astype(np.uint32)[:, None])
+        self._surface_words: UIntArray = word.astype(np.uint32)
+        everything = np.arange(len(triangles), dtype=np.uint32)
+        self.drawn = table(ctx, self.drawn_rows(everything))
         # Four channels: rows of three need not be aligned as drivers expect.
         corners = np.column_stack([triangles, label[triangles[:, 2]] & _MATERIAL])
         self.corners = table(ctx, corners.astype(np.uint32))
 
+    def drawn_rows(self, numbers: UIntArray) -> UIntArray:
+        """(k, 2) of triangles that are drawn: the number in the mesh of what each is, or is a part
+        of; the number of its smooth surface, from 1 on, and from bit 21 on its curvature.
+
+        numbers : (k,) in the mesh
+        """
+        return np.column_stack([numbers, self._surface_words.take(numbers)])
+
     def release(self) -> None:
         """Free everything."""
-        for texture in (self.vertices, self.surfaces, self.corners):
+        for texture in (self.vertices, self.drawn, self.corners):
             texture.release()

@@ -98,6 +98,15 @@ class State:
         ctx.wireframe = False
 
 
+def part_to_clear(target: Target, area: tuple[int, int, int, int]) -> tuple[int, int, int, int]:
+    """What is cleared before draws over an area of a target: all of it, or the area alone.
+
+    llvmpipe clears a whole target in less than half the time that it takes for one but for an edge.
+    """
+    whole = 0, 0, *target.size
+    return whole if 2 * area[2] * area[3] >= whole[2] * whole[3] else area
+
+
 def clear_depth(
     ctx: moderngl.Context,
     target: Target,

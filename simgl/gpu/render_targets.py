@@ -67,7 +67,7 @@ class ImageTarget:
             ctx.texture(texels, f.channels, dtype=f.dtype, alignment=1) for f in formats
         ]
         for texture in self.textures:
-            texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            read_by_texel(texture)
         self._depth = ctx.depth_renderbuffer(texels) if depth else None
         try:
             self.framebuffer = ctx.framebuffer(self.textures, self._depth)
@@ -195,7 +195,7 @@ def table_texture(ctx: moderngl.Context, values: Array32) -> moderngl.Texture:
     height, width = values.shape[:2]
     channels = values.shape[2] if values.ndim > 2 else 1
     texture = ctx.texture((width, height), channels, values.tobytes(), dtype="f4")
-    texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    read_by_texel(texture)
     return texture
 
 

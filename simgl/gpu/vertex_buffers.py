@@ -49,20 +49,37 @@ class VertexBuffers:
         self._vertices = ctx.buffer(vertices.tobytes())
         self._details = None if details is None else ctx.buffer(details.tobytes())
         self._indices = ctx.buffer(triangles.astype("<u4").tobytes())
+        self._some: moderngl.Buffer | None = None
         # By the object, not by OpenGL's name for it, which a driver may use again.
-        self._arrays = LruCache[moderngl.Program, moderngl.VertexArray](
+        self._arrays = LruCache[tuple[moderngl.Program, moderngl.Buffer], moderngl.VertexArray](
             _MAX_ARRAYS, moderngl.VertexArray.release
         )
 
-    def draw(self, program: moderngl.Program) -> None:
-        """All triangles with a program."""
-        self._arrays.get(program, lambda: self._array(program)).render(moderngl.TRIANGLES)
+    def draw(
+        self,
+        program: moderngl.Program,
+        triangles: np.ndarray[tuple[int, ...], np.dtype[np.uint32]] | None = None,
+    ) -> None:
+        """Draw with a program.
 
-    def _array(self, program: moderngl.Program) -> moderngl.VertexArray:
-        content = [(self._vertices, *_read_by(program, _LAYOUT))]
-        if self._details is not None and "in_uv" in program:
-            content.append((self._details, *_read_by(program, _DETAIL_LAYOUT)))
-        return self._ctx.vertex_array(program, content, self._indices)
+        triangles : (k, 3) corners of those to draw, no more than there are; None for all
+        """
+        if triangles is None:
+            self._array(program, self._indices).render(moderngl.TRIANGLES)
+            return
+        if self._some is None:
+            self._some = self._ctx.buffer(reserve=self._indices.size, dynamic=True)
+        self._some.write(np.ascontiguousarray(triangles, dtype="<u4").data)
+        self._array(program, self._some).render(moderngl.TRIANGLES, vertices=triangles.size)
+
+    def _array(self, program: moderngl.Program, indices: moderngl.Buffer) -> moderngl.VertexArray:
+        def made() -> moderngl.VertexArray:
+            content = [(self._vertices, *_read_by(program, _LAYOUT))]
+            if self._details is not None and "in_uv" in program:
+                content.append((self._details, *_read_by(program, _DETAIL_LAYOUT)))
+            return self._ctx.vertex_array(program, content, indices)
+
+        return self._arrays.get((program, indices), made)
 
     def release(self) -> None:
         """Free buffers and arrays."""
@@ -71,3 +88,5 @@ class VertexBuffers:
         if self._details is not None:
             self._details.release()
         self._indices.release()
+        if self._some is not None:
+            self._some.release()

@@ -10,7 +10,7 @@ import numpy as np
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import all_or_nothing, release_all
-from simgl.gpu.render_targets import textures_of
+from simgl.gpu.render_targets import read_by_texel, textures_of
 from simgl.gpu.uniform_blocks import Block
 from simgl.view.shadow_views import CELL, REACHES
 
@@ -169,5 +169,5 @@ class _Scratch:
 
 def _bounds_target(ctx: moderngl.Context, edge: int) -> moderngl.Framebuffer:
     texture = ctx.texture((edge, edge), 2, dtype="f4")
-    texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    read_by_texel(texture)
     return ctx.framebuffer([texture])

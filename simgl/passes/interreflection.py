@@ -12,6 +12,7 @@ import numpy as np
 from simgl.arrays import Array32
 from simgl.environment_map import SkyRadiance
 from simgl.gpu.mesh_tables import COLUMNS, table
+from simgl.gpu.render_targets import read_by_texel
 from simgl.lru_cache import MANY, LruCache
 from simgl.passes.mesh_store import MAX_BYTES, GridLight, VertexLighting
 from simgl.radiosity.incident_light import IncidentLight, NearPair
@@ -294,7 +295,7 @@ class InterreflectionPass:
             if present is not None:
                 present.release()
             self._tables[key] = self._ctx.texture(size, 4, dtype="f4")
-            self._tables[key].filter = (moderngl.NEAREST, moderngl.NEAREST)
+            read_by_texel(self._tables[key])
         return self._tables[key]
 
     def _places_of_grids(

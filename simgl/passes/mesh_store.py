@@ -64,15 +64,18 @@ class VertexLighting:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SplitGeometry:
-    """An uploaded mesh whose long edges are cut, and the triangle that each of its is a part of."""
+    """An uploaded mesh whose long edges are cut.
+
+    drawn : of its triangles (``MeshTables.drawn_rows``)
+    """
 
     buffers: VertexBuffers
-    triangles: moderngl.Texture
+    drawn: moderngl.Texture
 
     def release(self) -> None:
         """Free both."""
         self.buffers.release()
-        self.triangles.release()
+        self.drawn.release()
 
 
 # Of the geometries that stay on the GPU.
@@ -140,8 +143,16 @@ class MeshStore:
         key = posed.mesh.digest, groups.tobytes() if posed.joints else b"", longest
         return self._split.get(
             key,
-            lambda: _split_geometry(self._ctx, split_mesh(posed.mesh, longest), groups),
+            lambda: self._split_geometry(split_mesh(posed.mesh, longest), posed, groups),
             posed.mesh.nbytes,
+        )
+
+    def _split_geometry(
+        self, split: SplitMesh, posed: PosedMesh, groups: IndexArray
+    ) -> SplitGeometry:
+        return SplitGeometry(
+            buffers=_geometry(self._ctx, split.mesh, groups),
+            drawn=table(self._ctx, self.tables(posed).drawn_rows(split.triangle)),
         )
 
     def bind_joint_rates(self, motion: PoseMotion) -> None:
@@ -216,15 +227,6 @@ def _tables(ctx: moderngl.Context, mesh: Mesh, group_of_part: IndexArray) -> Mes
 def _geometry(ctx: moderngl.Context, mesh: Mesh, group_of_part: IndexArray) -> VertexBuffers:
     labels = np.stack([mesh.part, _label(mesh, group_of_part)], axis=1)
     return VertexBuffers(ctx, mesh.positions, mesh.normals, labels, mesh.triangles, _details(mesh))
-
-
-def _split_geometry(
-    ctx: moderngl.Context, split: SplitMesh, group_of_part: IndexArray
-) -> SplitGeometry:
-    return SplitGeometry(
-        buffers=_geometry(ctx, split.mesh, group_of_part),
-        triangles=table(ctx, split.triangle[:, None]),
-    )
 
 
 def _details(mesh: Mesh) -> np.ndarray[tuple[int, ...], np.dtype[np.void]] | None:

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import moderngl
 
+from simgl.arrays import UIntArray
 from simgl.gpu.program import load_program
 from simgl.gpu.uniform_blocks import Block
 from simgl.gpu.vertex_buffers import VertexBuffers
@@ -42,11 +43,13 @@ class OutlineProgram:
         model: SpacecraftModel,
         mesh: PosedMesh | None = None,
         geometry: VertexBuffers | None = None,
+        numbers: UIntArray | None = None,
     ) -> None:
-        """All triangles of a model.
+        """The triangles of a model.
 
         mesh : to draw instead of the model's own
         geometry : that stands for the mesh
+        numbers : (k,) of the mesh's triangles that are drawn, in that order; None for all
         """
         mesh = mesh or model.posed_mesh
         variant = tuple(define for define in model.variant if define == "CUT_OUT")
@@ -56,7 +59,8 @@ class OutlineProgram:
             self._meshes.bind_surface(model)
         if "JOINTED" in variant:
             self._meshes.bind_joints(model, mesh)
-        (geometry or self._meshes.geometry(mesh)).draw(self._program_for(variant))
+        triangles = None if numbers is None else mesh.mesh.triangles.take(numbers, axis=0)
+        (geometry or self._meshes.geometry(mesh)).draw(self._program_for(variant), triangles)
 
     def _program_for(self, variant: tuple[str, ...]) -> moderngl.Program:
         if variant not in self._programs:

@@ -25,7 +25,7 @@ from simgl.camera.particle_hits import hits
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import release_all
-from simgl.gpu.render_targets import Format, ImageTarget
+from simgl.gpu.render_targets import Format, ImageTarget, read_by_texel
 from simgl.gpu.uniform_blocks import Block
 from simgl.lru_cache import MANY, LruCache
 
@@ -139,6 +139,7 @@ class ReadoutPass:
             offsets = row_offsets(camera, tai_ns, seed, image_draw).astype("<f4")
             size = (1, detector.height)
             after["ROW_OFFSETS"] = self._ctx.texture(size, 1, offsets.tobytes(), dtype="f4")
+            read_by_texel(after["ROW_OFFSETS"])
             passing.append(after["ROW_OFFSETS"])
         hit = self._hit(detector, *hits(camera, tai_ns, seed, image_draw))
         if hit is None and detector.particles is not None and not self._knows_hits:
@@ -196,7 +197,7 @@ class ReadoutPass:
         padded = np.zeros((height, texels * PIXELS), dtype="<f4")
         padded[:, :width] = image
         texture = self._ctx.texture((texels, height), PIXELS, padded.tobytes(), dtype="f4")
-        texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        read_by_texel(texture)
         return texture
 
     def _values(self, camera: Camera, tai_ns: int, seed: int, image_draw: int) -> dict[str, object]:

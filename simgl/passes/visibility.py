@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import moderngl
+import numpy as np
 
-from simgl.gpu.pipeline_state import State, clear_depth
+from simgl.gpu.context import is_software
+from simgl.gpu.mesh_tables import table
+from simgl.gpu.pipeline_state import State, clear_depth, part_to_clear
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.render_targets import Format, GrowingTarget, textures_of
 from simgl.gpu.uniform_blocks import UniformBuffer
@@ -20,9 +23,10 @@ from simgl.passes.shared_blocks import (
     spacecraft_values,
     tile_values,
 )
+from simgl.scene.facing_triangles import facing_triangles
 from simgl.view.raster_tiles import RasterTile
 
-_SURFACES_UNIT, _SPLIT_UNIT = 0, 1
+_DRAWN_UNIT = 0
 
 
 class VisibilityPass:
@@ -36,6 +40,8 @@ class VisibilityPass:
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
         self._ctx, self._meshes = ctx, meshes
+        # A CPU renderer transforms vertices in the thread that draws, while its others wait.
+        self._chooses = is_software(ctx)
         self._programs: dict[tuple[str, ...], OutlineProgram] = {}
         self._program_for(())
         self._tile = UniformBuffer(ctx, TILE)
@@ -47,8 +53,9 @@ class VisibilityPass:
         size = tile.raster_size
         (target,) = self._target.covering(size)
         viewport = (0, 0, *size)
-        self.closed.apply(self._ctx, target, viewport, viewport)
-        target.clear(depth=1.0, viewport=viewport)
+        cleared = part_to_clear(target, viewport)
+        self.closed.apply(self._ctx, target, cleared, cleared)
+        target.clear(depth=1.0, viewport=cleared)
         self._tile.bind()
         self._spacecraft.bind()
         for index, clip_from_camera in enumerate(tile.slices):
@@ -60,38 +67,50 @@ class VisibilityPass:
                 state = self.open_sheets if model.open_sheets else self.closed
                 state.apply(self._ctx, target, viewport, viewport)
                 self._spacecraft.write(spacecraft_values(drawn.view))
-                self._meshes.tables(drawn.mesh).surfaces.use(_SURFACES_UNIT)
                 self._draw(drawn)
         return textures_of(target)[0]
 
     def _draw(self, drawn: DrawnSpacecraft) -> None:
         motion, model = drawn.view.motion, drawn.view.model
         if motion is None:
-            self._program_for(()).draw(model, drawn.mesh)
+            self._draw_still(drawn)
             return
         variant = motion.variant
         if motion.joint_rates is not None:
             self._meshes.bind_joint_rates(motion)
             variant += ("JOINTS_MOVE",)
         split = self._meshes.split(drawn.mesh, motion.bend)
-        if split is None:
-            self._program_for(variant).draw(model, drawn.mesh)
+        rows = self._meshes.tables(drawn.mesh).drawn if split is None else split.drawn
+        rows.use(_DRAWN_UNIT)
+        buffers = None if split is None else split.buffers
+        self._program_for(variant).draw(model, drawn.mesh, buffers)
+
+    def _draw_still(self, drawn: DrawnSpacecraft) -> None:
+        model, tables = drawn.view.model, self._meshes.tables(drawn.mesh)
+        if model.open_sheets or not self._chooses:
+            tables.drawn.use(_DRAWN_UNIT)
+            self._program_for(()).draw(model, drawn.mesh)
             return
-        split.triangles.use(_SPLIT_UNIT)
-        self._program_for((*variant, "SPLIT")).draw(model, drawn.mesh, split.buffers)
+        camera_from_body = drawn.view.camera_from_body.astype(np.float64)
+        camera = -camera_from_body[:3, :3].T @ camera_from_body[:3, 3]
+        numbers = facing_triangles(drawn.mesh, camera)
+        if not numbers.size:
+            return
+        # A new one, for OpenGL waits with writing one that it yet has to read.
+        rows = table(self._ctx, tables.drawn_rows(numbers))
+        rows.use(_DRAWN_UNIT)
+        self._program_for(()).draw(model, drawn.mesh, numbers=numbers)
+        rows.release()
 
     def _program_for(self, variant: tuple[str, ...]) -> OutlineProgram:
-        """For spacecraft that stand still, that move, and those cut finely for it."""
+        """For spacecraft that stand still, and that move."""
         if variant not in self._programs:
-            samplers = {"triangle_surfaces": _SURFACES_UNIT}
-            if "SPLIT" in variant:
-                samplers["split_triangles"] = _SPLIT_UNIT
             self._programs[variant] = OutlineProgram(
                 self._ctx,
                 self._meshes,
                 "visibility/visibility",
                 [TILE, SPACECRAFT] + [JOINT_RATES] * ("JOINTS_MOVE" in variant),
-                samplers,
+                {"drawn_triangles": _DRAWN_UNIT},
                 dict.fromkeys(variant, 1),
             )
         return self._programs[variant]
