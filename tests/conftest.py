@@ -14,8 +14,6 @@ import pytest
 
 from simgl.disk_cache import cache_folder
 from simgl.gpu.context import current
-from simgl.radiosity.bake import sees_itself
-from simgl.scene.mesh import Mesh
 from tests.orphans import Guard
 from tests.patience import limit
 from tests.reference_compiler import check_programs, reference_compiler, version
@@ -80,25 +78,6 @@ def pytest_unconfigure(config: pytest.Config) -> None:
 def _signals_of_pytest(monkeypatch: pytest.MonkeyPatch) -> None:
     """A command that runs in this process leaves the handling of signals and faults to pytest."""
     monkeypatch.setattr("simgl.interruption.end_by_signals", lambda: None)
-
-
-@pytest.fixture(scope="session", autouse=True)
-def _one_hull_of_a_mesh() -> Iterator[None]:
-    """The convex hull of a mesh, which decides whether it is baked, is built once in a session.
-
-    Most tests open a simulator of their own for the same few bodies, at half its cost for the hull.
-    """
-    answers: dict[tuple[str, int], bool] = {}
-
-    def remembered(mesh: Mesh, sides: int) -> bool:
-        key = mesh.digest, sides
-        if key not in answers:
-            answers[key] = sees_itself(mesh, sides)
-        return answers[key]
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("simgl.radiosity.transport_store.sees_itself", remembered)
-        yield
 
 
 @pytest.fixture(scope="session", autouse=True)
