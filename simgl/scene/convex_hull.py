@@ -37,10 +37,10 @@ def convex_hull(points: Array) -> Hull | None:
 
 def _worked_out(points: Array) -> Hull | None:
     try:
-        found = scipy.spatial.ConvexHull(points)
+        hull = scipy.spatial.ConvexHull(points)
     except scipy.spatial.QhullError:
         return None
-    return Hull(corners=found.vertices, volume=float(found.volume), area=float(found.area))
+    return Hull(corners=hull.vertices, volume=float(hull.volume), area=float(hull.area))
 
 
 def _size(hull: Hull | None) -> int:
