@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass
 
-import numpy as np
 import scipy
 
 from simgl.arrays import Array, IndexArray
@@ -31,7 +30,7 @@ _hulls = LruCache[tuple[int, bytes], Hull | None](MANY, max_bytes=4 << 20)
 
 def convex_hull(points: Array) -> Hull | None:
     """Of points (n, 3); None where they lie in a plane."""
-    content = hashlib.sha256(np.ascontiguousarray(points, dtype=np.float64)).digest()
+    content = hashlib.sha256(points.tobytes()).digest()
     return _hulls.get((len(points), content), lambda: _worked_out(points), _size)
 
 
