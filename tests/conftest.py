@@ -14,11 +14,10 @@ import pytest
 
 from simgl.disk_cache import cache_folder
 from simgl.gpu.context import current
-from simgl.radiosity.bake import sees_itself
-from simgl.scene.mesh import Mesh
 from tests.orphans import Guard
 from tests.patience import limit
 from tests.reference_compiler import check_programs, reference_compiler, version
+from tests.shared_programs import SharedPrograms
 from tests.watched_context import WatchedContext
 
 # Of one test, with the fixtures that it is the first to need [s].
@@ -83,25 +82,6 @@ def _signals_of_pytest(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def _one_hull_of_a_mesh() -> Iterator[None]:
-    """The convex hull of a mesh, which decides whether it is baked, is built once in a session.
-
-    Most tests open a simulator of their own for the same few bodies, at half its cost for the hull.
-    """
-    answers: dict[tuple[str, int], bool] = {}
-
-    def remembered(mesh: Mesh, sides: int) -> bool:
-        key = mesh.digest, sides
-        if key not in answers:
-            answers[key] = sees_itself(mesh, sides)
-        return answers[key]
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("simgl.radiosity.transport_store.sees_itself", remembered)
-        yield
-
-
-@pytest.fixture(scope="session", autouse=True)
 def _programs_pass_the_reference_compiler() -> Iterator[None]:
     """A test fails that compiles a program of which only this driver approves."""
     compiler = reference_compiler()
@@ -121,16 +101,31 @@ def _watched_context() -> Iterator[WatchedContext]:
     watched.release()
 
 
+@pytest.fixture(scope="session")
+def _shared_programs(
+    _watched_context: WatchedContext, _programs_pass_the_reference_compiler: None
+) -> Iterator[SharedPrograms]:
+    """Programs of the context that all tests draw in are compiled once in a session."""
+    shared = SharedPrograms(_watched_context)
+    with pytest.MonkeyPatch.context() as patch:
+        shared.share(patch)
+        yield shared
+    with current(_watched_context.ctx):
+        shared.release()
+
+
 @pytest.fixture
-def gl(_watched_context: WatchedContext) -> Iterator[moderngl.Context]:
+def gl(
+    _watched_context: WatchedContext, _shared_programs: SharedPrograms
+) -> Iterator[moderngl.Context]:
     """A headless context; fails a test that leaves an OpenGL error or object behind."""
     _watched_context.check()
-    before = _watched_context.living
+    before = _shared_programs.living
     with current(_watched_context.ctx) as ctx:
         yield ctx
     # Entered again: the test may have left another context current, or none.
     _watched_context.check()
-    left = dict(_watched_context.living - before)
+    left = dict(_shared_programs.living - before)
     assert not left, f"OpenGL objects left in the context: {left}"
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ctypes
 from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import moderngl
@@ -43,6 +45,7 @@ class WatchedContext:
             self._functions = mglo._context
             self._hooks: dict[str, Any] = {}
             self._names: dict[str, set[int]] = {kind: set() for kind in (*_GENERATED, *_CREATED)}
+            self._counts = True
             for kind in _GENERATED:
                 plural = "Queries" if kind == "Query" else f"{kind}s"
                 self._watch_generated(kind, f"glGen{plural}", f"glDelete{plural}")
@@ -65,6 +68,15 @@ class WatchedContext:
         """How many objects of each kind were made and not deleted."""
         return Counter({kind: len(names) for kind, names in self._names.items()})
 
+    @contextmanager
+    def not_counted(self) -> Iterator[None]:
+        """What is made inside lives as long as the context and is none of ``living``."""
+        self._counts = False
+        try:
+            yield
+        finally:
+            self._counts = True
+
     def _is_current(self) -> bool:
         # Nothing is made or deleted while another context is current, or none.
         return current_binding() == self._binding
@@ -75,7 +87,7 @@ class WatchedContext:
 
         def on_make(count: int, names: Any) -> None:
             really_make(count, names)
-            if self._is_current():
+            if self._counts and self._is_current():
                 self._names[kind].update(names[:count])
 
         def on_delete(count: int, names: Any) -> None:
@@ -91,7 +103,7 @@ class WatchedContext:
 
         def on_make(*arguments: int) -> int:
             name = int(really_make(*arguments))
-            if self._is_current():
+            if self._counts and self._is_current():
                 self._names[kind].add(name)
             return name
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
-from scipy.spatial import ConvexHull, QhullError
 
 from simgl.arrays import Array, IndexArray, Mask
 from simgl.progress import ProgressCallback, silent
@@ -31,6 +30,7 @@ from simgl.radiosity.patches import SAMPLES, Patches, cluster
 from simgl.radiosity.remesh import subdivided
 from simgl.radiosity.sun_gather import cells_seen
 from simgl.rays import RayTracer
+from simgl.scene.convex_hull import convex_hull
 from simgl.scene.mesh import Mesh
 
 
@@ -67,9 +67,8 @@ def sees_itself(mesh: Mesh, sides: int) -> bool:
     A closed surface is convex where it has the area and the volume of its hull.
     """
     points = mesh.positions.astype(np.float64)
-    try:
-        hull = ConvexHull(points)
-    except QhullError:
+    hull = convex_hull(points)
+    if hull is None:
         return False
     if sides == 2:
         return True

@@ -15,6 +15,7 @@ import scipy
 from numpy.typing import ArrayLike
 
 from simgl.arrays import Array, Array32, IndexArray, UIntArray
+from simgl.scene.convex_hull import convex_hull
 
 Key = TypeVar("Key", bound=Hashable)
 Result = TypeVar("Result")
@@ -172,12 +173,12 @@ def hull_corners(points: Array) -> Array:
 
     Points in a plane have none; the corners of their bounding box serve.
     """
-    try:
-        return points[scipy.spatial.ConvexHull(points).vertices]
-    except scipy.spatial.QhullError:
-        low, high = points.min(axis=0), points.max(axis=0)
-        choice = np.indices((2, 2, 2)).reshape(3, -1).T
-        return np.where(choice, high, low)
+    hull = convex_hull(points)
+    if hull is not None:
+        return points[hull.corners]
+    low, high = points.min(axis=0), points.max(axis=0)
+    choice = np.indices((2, 2, 2)).reshape(3, -1).T
+    return np.where(choice, high, low)
 
 
 def hull_edges(points: Array) -> IndexArray:

@@ -12,6 +12,8 @@ from tests.patience import run_to_end
 ROOT = Path(__file__).resolve().parents[2]
 
 TESTS = """
+from simgl.passes.background import stars
+from tests.conftest import _programs_pass_the_reference_compiler, _shared_programs
 from tests.conftest import _watched_context, gl
 from tests.scenes import lambert, radiance, scene
 
@@ -40,6 +42,11 @@ def test_leaks_in_spite_of_a_simulator(gl):
     bodies = {"b": {"model": ball, "position_icrf_m": [0, 0, 0]}}
     radiance(gl, scene(bodies, {"position_icrf_m": [0, -90, 9], "look_at": "b"}))
     gl.texture((1, 1), 4)
+
+def test_leaks_one_program_of_two(gl):
+    of_stars = {"blocks": [stars._STARS]}
+    stars.load_program(gl, "stars/stars", **of_stars).release()
+    stars.load_program(gl, "stars/stars", **of_stars)
 
 def test_releases_without_a_context(gl):
     texture = gl.texture((1, 1), 4)
@@ -70,6 +77,7 @@ def test_what_a_test_leaves_behind_makes_it_fail(tmp_path: Path) -> None:
         "leaks_after_leaving_the_context",
         "leaks_one_of_many",
         "leaks_in_spite_of_a_simulator",
+        "leaks_one_program_of_two",
         "releases_without_a_context",
         "leaves_an_error",
     }, run.stdout
@@ -78,5 +86,6 @@ def test_what_a_test_leaves_behind_makes_it_fail(tmp_path: Path) -> None:
     assert said["leaks_after_leaving_the_context"] == f"{left}{{'Buffer': 1}}"
     assert said["leaks_one_of_many"] == f"{left}{{'Texture': 1}}"
     assert said["leaks_in_spite_of_a_simulator"] == f"{left}{{'Texture': 2}}"
+    assert said["leaks_one_program_of_two"] == f"{left}{{'Program': 1}}"
     assert said["releases_without_a_context"] == f"{left}{{'Texture': 1}}"
     assert "GL_INVALID_ENUM" in said["leaves_an_error"]

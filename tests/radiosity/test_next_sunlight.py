@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -55,10 +56,12 @@ def test_nothing_is_ahead_of_a_sun_that_stands_jumps_or_has_far_to_go() -> None:
     assert not list(corners_ahead(first, way(1e-4 * PACES[0], 2)[1]))
 
 
-@pytest.mark.parametrize("transport", [open_box(), baked()], ids=["vertices", "grids"])
+@pytest.mark.parametrize("traced", [open_box, baked], ids=["vertices", "grids"])
 def test_what_is_made_in_parts_has_the_bits_of_what_is_made_at_once(
-    transport: LightTransport,
+    traced: Callable[[], LightTransport],
 ) -> None:
+    transport = traced()
+
     def response() -> PrecomputedResponse:
         surface = reflectors(transport, white(0.8))
         return PrecomputedResponse(transport, surface, SunlitPatches(transport))
