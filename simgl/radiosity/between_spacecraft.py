@@ -64,6 +64,7 @@ class SeenPairs:
     rows : (n,) of a matrix of what they get, in order
     parts : (n,) of its row that each point is
     point, cluster : (k,) of each pair
+    behind : (k,) the patch of the receiver itself before which the cluster stands; -1 for the sky
     """
 
     points: Array32
@@ -72,6 +73,7 @@ class SeenPairs:
     parts: Array32
     point: IndexArray
     cluster: IndexArray
+    behind: IndexArray
 
     def shares(self, clusters: Clusters) -> Array32:
         """(k,) of the hemisphere above each point, weighted by the cosine, that a cluster fills,
@@ -105,8 +107,13 @@ class SeenPairs:
     def matrix(
         self, shares: Array32, columns: IndexArray, shape: tuple[int, int]
     ) -> sparse.csr_matrix:
-        """Of shares in their rows and in some columns (k,), which may occur twice."""
-        first = np.searchsorted(self.rows[self.point], np.arange(shape[0] + 1))
+        """Of shares in their rows and in some columns (k,), which may occur twice; those in columns
+        below 0 are left out."""
+        rows = self.rows[self.point]
+        if columns.min(initial=0) < 0:
+            held = columns >= 0
+            shares, columns, rows = shares[held], columns[held], rows[held]
+        first = np.searchsorted(rows, np.arange(shape[0] + 1))
         return sparse.csr_matrix((shares, columns, first), shape=shape)
 
 
@@ -118,7 +125,8 @@ class LightPath:
     means : (c, n) csr, the mean of those in each cluster
     senders : (c, p) csr, the same of the sender's patches
     at_places, at_patches : where the receiver gathers light, and its patches
-    cells : (k,) of the receiver's sky, before which the clusters stand that places see
+    cells : (k,) of the receiver's sky, before which the clusters stand that places see; -1 where
+        they stand before the receiver itself
     patches : number of the receiver's
     """
 
@@ -135,7 +143,7 @@ class LightPath:
     def nbytes(self) -> int:
         """Size of its arrays."""
         pairs = len(self.at_places.point) + len(self.at_patches.point)
-        return 16 * pairs + self.cells.nbytes + matrix_nbytes(self.means)
+        return 24 * pairs + self.cells.nbytes + matrix_nbytes(self.means)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -152,9 +160,8 @@ class PosedPath:
     def to_patches(self) -> sparse.csr_matrix:
         """(q, c) csr, share of the hemisphere above a patch that a cluster fills, weighted by the
         cosine."""
-        pairs = self.path.at_patches
         shape = self.path.patches, len(self._clusters.areas)
-        return pairs.matrix(pairs.shares(self._clusters), pairs.cluster, shape)
+        return self.path.at_patches.matrix(self._to_patches, self.path.at_patches.cluster, shape)
 
     @cached_property
     def to_places(self) -> sparse.csr_matrix:
@@ -170,6 +177,23 @@ class PosedPath:
         return pairs.matrix(self._to_places, self.path.cells, (len(pairs.points), SKY_CELLS))
 
     @cached_property
+    def hides_from_patches(self) -> sparse.csr_matrix:
+        """(q, q) csr, of which the sender stands before each patch of the receiver."""
+        pairs, count = self.path.at_patches, self.path.patches
+        return pairs.matrix(self._to_patches, pairs.behind, (count, count))
+
+    @cached_property
+    def hides_from_places(self) -> sparse.csr_matrix:
+        """(s, q) csr, the same of the places."""
+        pairs = self.path.at_places
+        shape = len(pairs.points), self.path.patches
+        return pairs.matrix(self._to_places, pairs.behind, shape)
+
+    @cached_property
+    def _to_patches(self) -> Array32:
+        return self.path.at_patches.shares(self._clusters)
+
+    @cached_property
     def _to_places(self) -> Array32:
         return self.path.at_places.shares(self._clusters)
 
@@ -180,7 +204,9 @@ class PosedPath:
     @property
     def nbytes(self) -> int:
         """Size of its matrices."""
-        return 8 * (2 * len(self.path.at_places.point) + len(self.path.at_patches.point))
+        places, patches = self.path.at_places, self.path.at_patches
+        hidden = np.count_nonzero(places.behind >= 0) + np.count_nonzero(patches.behind >= 0)
+        return 8 * (2 * len(places.point) + len(patches.point) + int(hidden))
 
 
 def light_path(receiver: NearBody, sender: NearBody, sender_from_receiver: Array) -> LightPath:
@@ -218,6 +244,7 @@ def light_path(receiver: NearBody, sender: NearBody, sender_from_receiver: Array
     at_patches = _seen(pose, (points, normals), (at, parts), clusters, ends)
     ways = clusters.seen_from(sender_from_receiver).middle[at_places.cluster]
     ways -= places[at_places.point]
+    cells = sky_cell(ways.astype(np.float64), CELLS_ACROSS)
     return LightPath(
         samples=samples,
         means=means,
@@ -225,7 +252,7 @@ def light_path(receiver: NearBody, sender: NearBody, sender_from_receiver: Array
         clusters=clusters,
         at_places=at_places,
         at_patches=at_patches,
-        cells=sky_cell(ways.astype(np.float64), CELLS_ACROSS),
+        cells=np.where(at_places.behind < 0, cells, -1),
         patches=len(receiver.transport.areas),
     )
 
@@ -356,8 +383,9 @@ def _seen(
     number = np.diff(ends.first)[cluster]
     end = ends.first[cluster] + (point * 7 + cluster * 3) % number
     turn, shift = sender_from_receiver[:3, :3], sender_from_receiver[:3, 3]
+    far = ((ends.points - shift) @ turn).astype(np.float32)
     for body, origins, goals in (
-        (receiver, starts, ((ends.points - shift) @ turn).astype(np.float32)),
+        (receiver, starts, far),
         (sender, (starts @ turn.T + shift).astype(np.float32), ends.points),
     ):
         begin = np.take(origins, point, axis=0)
@@ -365,6 +393,7 @@ def _seen(
         reach = np.full(len(point), 1.0 - 1e-3, dtype=np.float32)
         seen = np.flatnonzero(~ray_tracer(body.model.posed_mesh).occluded(begin, ways, reach))
         point, cluster, end = point[seen], cluster[seen], end[seen]
+    behind = receiver.patches_met(far[end], far[end] - starts[point])
     return SeenPairs(
         points=starts,
         normals=normals,
@@ -372,6 +401,7 @@ def _seen(
         parts=rows[1],
         point=point.astype(np.int32),
         cluster=cluster.astype(np.int32),
+        behind=behind.astype(np.int32),
     )
 
 
