@@ -180,6 +180,7 @@ class InterreflectionPass:
     ) -> PendingLight:
         assert one.incident_light is not None
         return PendingLight(
+            instance=one.instance,
             model=one.model,
             transport=transport,
             sky=sky,

@@ -25,6 +25,7 @@ from simgl.radiosity.patch_light import PatchLight
 from simgl.radiosity.pose_steps import in_steps
 from simgl.radiosity.posed_transport import PosedTransport
 from simgl.radiosity.sky_cells import sky_cells
+from simgl.radiosity.third_bodies import third_bodies, unhidden
 from simgl.radiosity.transport_store import MAX_BYTES, STEPS, TransportStore
 from simgl.scene.spacecraft import SpacecraftModel
 
@@ -147,10 +148,10 @@ class NeighbourLight:
         self._coarse.reserve(len(isolated))
         self._bodies.reserve(len(isolated))
         self._standing.reserve(len(isolated))
-        self._paths.reserve(len(pairs))
+        self._paths.reserve(2 * len(pairs))
         self._posed.reserve(len(pairs))
         bodies = [self._body(one) for one in isolated]
-        ways = [self._way(bodies[pair.receiver], bodies[pair.sender], pair) for pair in pairs]
+        ways = [self._way(isolated, bodies, pair) for pair in pairs]
         sunlit = [self._sunlit(one) for one in isolated]
         sent = []
         for way in ways:
@@ -212,18 +213,9 @@ class NeighbourLight:
             added = float((areas @ np.abs(irradiance)).sum()) / max(present, 1e-30)
             weight = faded(added, _ENOUGH)
             if weight > 0.0:
-                bounced[number] = self._reflected(one, np.float32(weight) * irradiance)
+                light = np.float32(weight) * irradiance
+                bounced[number] = self._light.reflected(one.model, one.transport, light, _RESIDUAL)
         return bounced
-
-    def _reflected(self, one: IsolatedLight, light: Array32) -> Array32:
-        """(p, 4) exitance by light (p, 4) that comes or is missing, after all bounces [W m-2]."""
-
-        def reflected(part: Array32) -> Array32:
-            return self._light.reflected(one.model, one.transport, part, _RESIDUAL)
-
-        missing = np.maximum(-light, 0.0)
-        come = reflected(np.maximum(light, 0.0))
-        return come - reflected(missing) if missing.any() else come
 
     def _body(self, one: IsolatedLight) -> NearBody:
         model, transport = one.model, one.transport
@@ -246,12 +238,24 @@ class NeighbourLight:
 
         return self._bodies.get(key, near_body)
 
-    def _way(self, receiver: NearBody, sender: NearBody, pair: NearPair) -> _Way:
+    def _way(
+        self, isolated: Sequence[IsolatedLight], bodies: Sequence[NearBody], pair: NearPair
+    ) -> _Way:
+        receiver, sender = bodies[pair.receiver], bodies[pair.sender]
         matrix = in_steps(pair.sender_from_receiver, pair.reach, STEP)
-        key = receiver.key, sender.key, matrix.tobytes()
+        key: tuple[object, ...] = (receiver.key, sender.key, matrix.tobytes())
         path = self._paths.get(
             key, lambda: light_path(receiver, sender, matrix), lambda path: path.nbytes
         )
+        itself = isolated[pair.sender].instance
+        around = [o for o in isolated[pair.receiver].incident.around if o.instance != itself]
+        third = third_bodies(around, receiver.model, sender.model, pair.sender_from_receiver)
+        if third:
+            key = *key, *(other.key for other in third)
+            free, blockers = path, [other.blocker() for other in third]
+            path = self._paths.get(
+                key, lambda: unhidden(free, matrix, blockers), lambda path: path.nbytes
+            )
         fine = in_steps(pair.sender_from_receiver, pair.reach, FINE_STEP)
         posed = self._posed.get(
             (key, fine.tobytes()),

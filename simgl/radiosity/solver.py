@@ -114,7 +114,7 @@ def radiosity(
     """(p, 4) or (p, 4, n) exitance of the patches after all bounces [W m-2].
 
     emitted : exitance before any bounce, of one light or of n separate ones; a light gets the same
-        bits among others as by itself
+        bits among others as by itself. Less than nothing where light is missing
     residual : what is left of the error of the first guess
 
     x = M x + c with Chebyshev's acceleration (Golub & Varga 1961): after k steps the error is below
@@ -149,7 +149,9 @@ def radiosity(
         next_ *= np.float32(omega)
         next_ += older
         older, newer = newer, next_
-    return np.maximum(newer, 0.0, out=newer).reshape(emitted.shape)
+    if lights.min() >= 0.0:
+        np.maximum(newer, 0.0, out=newer)
+    return newer.reshape(emitted.shape)
 
 
 def _product(a: Array32, b: Array32) -> Array32:
