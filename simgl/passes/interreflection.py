@@ -181,6 +181,7 @@ class InterreflectionPass:
     ) -> PendingLight:
         assert one.incident_light is not None
         return PendingLight(
+            instance=one.instance,
             model=one.model,
             transport=transport,
             sky=sky,
@@ -253,6 +254,7 @@ class InterreflectionPass:
             irradiance, left = vertex_irradiance(gather, exitance, more), share.result().ravel()
             if near is not None:
                 irradiance += near.at_rows
+                np.maximum(irradiance, 0.0, out=irradiance)
                 left = np.maximum(left - near.lost_share(gather, cells.result()), 0.0)
             nodes = None if sunlight is None else sunlight.nodes
             return _Values(vertices=_texels(irradiance, left), nodes=nodes)

@@ -7,7 +7,8 @@ in files (``transport_store``). In each frame ``patch_light`` solves for the lig
 patches under the ``incident_light``, by ``solver`` and what it has precomputed
 (``precomputed_response``, ``sunlit_patches``, ``sky_cells``). ``neighbour_light`` adds what
 spacecraft near each other exchange to the ``isolated_light`` of each, by the paths of
-``between_spacecraft`` from and to each ``near_body``. ``final_gather`` is the slow reference: rays
-from single points. May import ``rays``, ``scene`` and what lies below; knows no OpenGL. A new kind
-of light belongs into ``incident_light`` and ``patch_light``.
+``between_spacecraft`` from and to each ``near_body``, pairs (``path_pairs``) less those that
+``third_bodies`` hide. ``final_gather`` is the slow reference: rays from single points. May import
+``rays``, ``scene`` and what lies below; knows no OpenGL. A new kind of light belongs into
+``incident_light`` and ``patch_light``.
 """

@@ -20,6 +20,7 @@ from simgl.radiosity.hemisphere import CELLS_ACROSS, SKY_CELLS, sky_cell
 from simgl.radiosity.light_transport import matrix_nbytes
 from simgl.radiosity.near_body import NearBody
 from simgl.radiosity.patches import SAMPLES
+from simgl.radiosity.path_pairs import Clusters, PairEntries, SeenPairs
 from simgl.rays import ray_tracer
 
 # Clusters are so wide for each metre of their distance from the other spacecraft, and at most so
@@ -28,86 +29,9 @@ _WIDTH, _PAIRS, _LIMITS = 0.25, 800_000, (64, 1024)
 # Clusters that would fill less of a hemisphere do not count. They are looked for from so many
 # places together, few enough for the processor's cache.
 _SMALLEST, _ROWS = 1e-6, 2048
-# Of a cluster, area over pi times the square of its distance up to which the first order tells.
-_LARGEST = np.float32(0.5)
 # Shares of their distance and turns [rad]: which places see which clusters is known in such steps
 # of the pose of one to the other, and how much of a hemisphere those fill in these small ones.
 STEP, FINE_STEP = 1.0 / 32.0, 1.0 / 4096.0
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Clusters:
-    """What a body sends light as, in its own axes.
-
-    middle, facing : (c, 3) and their mean normals; areas : (c,) [m2]
-    """
-
-    middle: Array32
-    facing: Array32
-    areas: Array32
-
-    def seen_from(self, sender_from_receiver: Array) -> Clusters:
-        """The same in the axes of the receiver."""
-        turn, shift = sender_from_receiver[:3, :3], sender_from_receiver[:3, 3]
-        return Clusters(
-            middle=((self.middle - shift) @ turn).astype(np.float32),
-            facing=(self.facing @ turn).astype(np.float32),
-            areas=self.areas,
-        )
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class SeenPairs:
-    """Points of a receiver and the clusters that are seen from them.
-
-    points, normals : (n, 3)
-    rows : (n,) of a matrix of what they get, in order
-    parts : (n,) of its row that each point is
-    point, cluster : (k,) of each pair
-    """
-
-    points: Array32
-    normals: Array32
-    rows: IndexArray
-    parts: Array32
-    point: IndexArray
-    cluster: IndexArray
-
-    def shares(self, clusters: Clusters) -> Array32:
-        """(k,) of the hemisphere above each point, weighted by the cosine, that a cluster fills,
-        as a disc of its area, times the point's part.
-
-        Of a disc seen along its normal this is exact, otherwise to the first order of its area over
-        pi times the square of its distance: the mean of what its places give, by the Laplacian of
-        that over its plane.
-
-        clusters : in the receiver's axes
-        """
-        offset = np.take(clusters.middle, self.cluster, axis=0)
-        offset -= np.take(self.points, self.point, axis=0)
-        normal = np.take(self.normals, self.point, axis=0)
-        facing = np.take(clusters.facing, self.cluster, axis=0)
-        here = np.maximum(np.einsum("ij,ij->i", offset, normal), 0.0)
-        towards = np.maximum(-np.einsum("ij,ij->i", offset, facing), 0.0)
-        areas = np.take(clusters.areas, self.cluster)
-        square = np.maximum(np.einsum("ij,ij->i", offset, offset), np.float32(1e-9))
-        size = areas / (np.float32(np.pi) * square)
-        more = here * (1.0 - 3.0 * towards * towards / square)
-        more -= towards * np.einsum("ij,ij->i", normal, facing)
-        less = here * here / np.maximum(here - size * np.minimum(more, 0.0), np.float32(1e-30))
-        share = less + np.minimum(size, _LARGEST) * np.maximum(more, 0.0)
-        share *= towards * size / square
-        # Discs nearby would overlap.
-        filled = np.bincount(self.point, share, minlength=len(self.points))
-        scale = self.parts / np.maximum(filled, 1.0).astype(np.float32)
-        return np.asarray(share * np.take(scale, self.point), dtype=np.float32)
-
-    def matrix(
-        self, shares: Array32, columns: IndexArray, shape: tuple[int, int]
-    ) -> sparse.csr_matrix:
-        """Of shares in their rows and in some columns (k,), which may occur twice."""
-        first = np.searchsorted(self.rows[self.point], np.arange(shape[0] + 1))
-        return sparse.csr_matrix((shares, columns, first), shape=shape)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -117,8 +41,10 @@ class LightPath:
     samples : (n,) of the sender's that are seen from the receiver, by their numbers among all
     means : (c, n) csr, the mean of those in each cluster
     senders : (c, p) csr, the same of the sender's patches
+    ends : (e, 3) where rays to the sender end, in its axes
     at_places, at_patches : where the receiver gathers light, and its patches
-    cells : (k,) of the receiver's sky, before which the clusters stand that places see
+    cells : (k,) of the receiver's sky, before which the clusters stand that places see; -1 where
+        they stand before the receiver itself
     patches : number of the receiver's
     """
 
@@ -126,6 +52,7 @@ class LightPath:
     means: sparse.csr_matrix
     senders: sparse.csr_matrix
     clusters: Clusters
+    ends: Array32
     at_places: SeenPairs
     at_patches: SeenPairs
     cells: IndexArray
@@ -135,7 +62,36 @@ class LightPath:
     def nbytes(self) -> int:
         """Size of its arrays."""
         pairs = len(self.at_places.point) + len(self.at_patches.point)
-        return 16 * pairs + self.cells.nbytes + matrix_nbytes(self.means)
+        return 48 * pairs + self.cells.nbytes + matrix_nbytes(self.means)
+
+    @cached_property
+    def clusters_at_places(self) -> PairEntries:
+        """(s, c) the clusters that places see."""
+        shape = len(self.at_places.points), len(self.clusters.areas)
+        return self.at_places.entries(self.at_places.cluster, shape)
+
+    @cached_property
+    def clusters_at_patches(self) -> PairEntries:
+        """(q, c) those that patches see."""
+        return self.at_patches.entries(
+            self.at_patches.cluster, (self.patches, len(self.clusters.areas))
+        )
+
+    @cached_property
+    def sky_at_places(self) -> PairEntries:
+        """(s, 96) the cells of the sky behind them."""
+        return self.at_places.entries(self.cells, (len(self.at_places.points), SKY_CELLS))
+
+    @cached_property
+    def patches_at_places(self) -> PairEntries:
+        """(s, q) the receiver's own patches behind them."""
+        shape = len(self.at_places.points), self.patches
+        return self.at_places.entries(self.at_places.behind, shape)
+
+    @cached_property
+    def patches_at_patches(self) -> PairEntries:
+        """(q, q) the same, as patches see them."""
+        return self.at_patches.entries(self.at_patches.behind, (self.patches, self.patches))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -152,22 +108,31 @@ class PosedPath:
     def to_patches(self) -> sparse.csr_matrix:
         """(q, c) csr, share of the hemisphere above a patch that a cluster fills, weighted by the
         cosine."""
-        pairs = self.path.at_patches
-        shape = self.path.patches, len(self._clusters.areas)
-        return pairs.matrix(pairs.shares(self._clusters), pairs.cluster, shape)
+        return self.path.clusters_at_patches.matrix(self._to_patches)
 
     @cached_property
     def to_places(self) -> sparse.csr_matrix:
         """(s, c) csr, the same of the places."""
-        pairs = self.path.at_places
-        shape = len(pairs.points), len(self._clusters.areas)
-        return pairs.matrix(self._to_places, pairs.cluster, shape)
+        return self.path.clusters_at_places.matrix(self._to_places)
 
     @cached_property
     def hides(self) -> sparse.csr_matrix:
         """(s, 96) csr, of which the sender stands before each cell of the receiver's sky."""
-        pairs = self.path.at_places
-        return pairs.matrix(self._to_places, self.path.cells, (len(pairs.points), SKY_CELLS))
+        return self.path.sky_at_places.matrix(self._to_places)
+
+    @cached_property
+    def hides_from_patches(self) -> sparse.csr_matrix:
+        """(q, q) csr, of which the sender stands before each patch of the receiver."""
+        return self.path.patches_at_patches.matrix(self._to_patches)
+
+    @cached_property
+    def hides_from_places(self) -> sparse.csr_matrix:
+        """(s, q) csr, the same of the places."""
+        return self.path.patches_at_places.matrix(self._to_places)
+
+    @cached_property
+    def _to_patches(self) -> Array32:
+        return self.path.at_patches.shares(self._clusters)
 
     @cached_property
     def _to_places(self) -> Array32:
@@ -180,7 +145,7 @@ class PosedPath:
     @property
     def nbytes(self) -> int:
         """Size of its matrices."""
-        return 8 * (2 * len(self.path.at_places.point) + len(self.path.at_patches.point))
+        return 12 * (len(self.path.at_places.point) + len(self.path.at_patches.point))
 
 
 def light_path(receiver: NearBody, sender: NearBody, sender_from_receiver: Array) -> LightPath:
@@ -218,14 +183,16 @@ def light_path(receiver: NearBody, sender: NearBody, sender_from_receiver: Array
     at_patches = _seen(pose, (points, normals), (at, parts), clusters, ends)
     ways = clusters.seen_from(sender_from_receiver).middle[at_places.cluster]
     ways -= places[at_places.point]
+    cells = sky_cell(ways.astype(np.float64), CELLS_ACROSS)
     return LightPath(
         samples=samples,
         means=means,
         senders=(means @ of_patch).tocsr(),
         clusters=clusters,
+        ends=ends.points,
         at_places=at_places,
         at_patches=at_patches,
-        cells=sky_cell(ways.astype(np.float64), CELLS_ACROSS),
+        cells=np.where(at_places.behind < 0, cells, -1),
         patches=len(receiver.transport.areas),
     )
 
@@ -356,8 +323,9 @@ def _seen(
     number = np.diff(ends.first)[cluster]
     end = ends.first[cluster] + (point * 7 + cluster * 3) % number
     turn, shift = sender_from_receiver[:3, :3], sender_from_receiver[:3, 3]
+    far = ((ends.points - shift) @ turn).astype(np.float32)
     for body, origins, goals in (
-        (receiver, starts, ((ends.points - shift) @ turn).astype(np.float32)),
+        (receiver, starts, far),
         (sender, (starts @ turn.T + shift).astype(np.float32), ends.points),
     ):
         begin = np.take(origins, point, axis=0)
@@ -365,6 +333,7 @@ def _seen(
         reach = np.full(len(point), 1.0 - 1e-3, dtype=np.float32)
         seen = np.flatnonzero(~ray_tracer(body.model.posed_mesh).occluded(begin, ways, reach))
         point, cluster, end = point[seen], cluster[seen], end[seen]
+    behind = receiver.patches_met(far[end], far[end] - starts[point])
     return SeenPairs(
         points=starts,
         normals=normals,
@@ -372,6 +341,8 @@ def _seen(
         parts=rows[1],
         point=point.astype(np.int32),
         cluster=cluster.astype(np.int32),
+        end=end.astype(np.int32),
+        behind=behind.astype(np.int32),
     )
 
 

@@ -273,6 +273,7 @@ def nearest_open(mesh: Mesh, points: GatherPoints, buried: Mask) -> IndexArray:
     links = np.concatenate(
         [side[triangles[:, [k, (k + 1) % 3]]] for side in points.of_vertex for k in range(3)]
     )
+    links = links[buried[links].any(axis=1)]
     links = np.concatenate([links, links[:, ::-1]])
     place = points.origins[:, 0]
     distance = np.linalg.norm(place[links[:, 0]] - place[links[:, 1]], axis=1)

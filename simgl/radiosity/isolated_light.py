@@ -23,9 +23,11 @@ MadeOf = tuple[SpacecraftModel, LightTransport, SkyRadiance | None, tuple[Hashab
 class IsolatedLight:
     """A spacecraft and the light that it would have without others.
 
+    instance : index in the scene, counted from 1
     exitance : (p, 4) of its patches after all bounces [W m-2]
     """
 
+    instance: int
     model: SpacecraftModel
     transport: LightTransport
     incident: IncidentLight
@@ -39,9 +41,11 @@ class PendingLight:
 
     Tasks wait only for some that were submitted before them. Parts are asked for in one thread.
 
+    instance : index in the scene, counted from 1
     besides_sky : None for one that is not drawn
     """
 
+    instance: int
     model: SpacecraftModel
     transport: LightTransport
     sky: SkyRadiance | None
@@ -79,6 +83,7 @@ class PendingLight:
         """What leaves the patches."""
         at_vertices = None if self.besides_sky is None else self.at_vertices
         model, transport, sky, incident = self.model, self.transport, self.sky, self.incident
+        instance = self.instance
 
         def solved() -> IsolatedLight:
             if at_vertices is None:
@@ -87,7 +92,12 @@ class PendingLight:
                 exitance, _ = at_vertices.result()
                 exitance = self.light.with_sunlight(model, transport, exitance, incident)
             return IsolatedLight(
-                model=model, transport=transport, incident=incident, sky=sky, exitance=exitance
+                instance=instance,
+                model=model,
+                transport=transport,
+                incident=incident,
+                sky=sky,
+                exitance=exitance,
             )
 
         return self.executor.submit(solved)

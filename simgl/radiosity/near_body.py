@@ -8,12 +8,12 @@ from functools import cached_property
 import numpy as np
 
 from simgl.arrays import Array, Array32, IndexArray
-from simgl.radiosity.gather_points import LIFT, unit_rows
+from simgl.radiosity.gather_points import LIFT, face_normals, unit_rows
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.occlusion import inside_others
 from simgl.radiosity.patches import SAMPLES
 from simgl.radiosity.transport_store import lit_mesh
-from simgl.rays import RayTracer
+from simgl.rays import AnyRayTracer, RayTracer, ray_tracer
 from simgl.scene.mesh import Mesh
 from simgl.scene.spacecraft import SpacecraftModel
 
@@ -54,6 +54,29 @@ class NearBody:
         area = (transport.areas / SAMPLES)[number // SAMPLES].astype(np.float64)
         points, normals = (a.reshape(-1, 3) for a in (transport.points, transport.normals))
         return points[number], normals[number], area, number
+
+    def patches_met(self, origins: Array32, ways: Array32) -> IndexArray:
+        """(n,) the patch that each ray (n, 3) meets first; -1 for none, and from within."""
+        patch = np.full(len(origins), -1)
+        if not self.transport.form_factors.nnz or len(origins) == 0:
+            return patch
+        tracer, faces = self._surface
+        triangle, _ = tracer.hits(origins, ways)
+        met = np.flatnonzero(triangle >= 0)
+        side = triangle[met].astype(np.int64)
+        back = np.einsum("ij,ij->i", faces[side], ways[met]) > 0.0
+        if self.transport.sides == 1:
+            met, side = met[~back], side[~back]
+        else:
+            side += len(faces) * back
+        patch[met] = self.transport.patch_of_side[side]
+        return patch
+
+    @cached_property
+    def _surface(self) -> tuple[AnyRayTracer, Array32]:
+        """The triangles of its patches, for rays, and their normals (m, 3)."""
+        mesh = lit_mesh(self.model, self.transport)
+        return ray_tracer(mesh), face_normals(mesh.baked())[0].astype(np.float32)
 
 
 def standing_rows(transport: LightTransport) -> IndexArray:

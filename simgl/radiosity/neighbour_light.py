@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from simgl.arrays import Array32, IndexArray
-from simgl.environment_map import SkyRadiance
 from simgl.lru_cache import MANY, LruCache
 from simgl.radiosity.between_spacecraft import (
     FINE_STEP,
@@ -26,6 +25,7 @@ from simgl.radiosity.patch_light import PatchLight
 from simgl.radiosity.pose_steps import in_steps
 from simgl.radiosity.posed_transport import PosedTransport
 from simgl.radiosity.sky_cells import sky_cells
+from simgl.radiosity.third_bodies import third_bodies, unhidden
 from simgl.radiosity.transport_store import MAX_BYTES, STEPS, TransportStore
 from simgl.scene.spacecraft import SpacecraftModel
 
@@ -44,7 +44,8 @@ class FromNeighbours:
     """What a body gets from those around it.
 
     exitance : (p, 4) that their light adds to its patches, after all bounces [W m-2]
-    at_rows : (r, 4) irradiance of its vertices and their sides [W m-2]
+    at_rows : (r, 4) irradiance of its vertices and their sides, less what they hide of its own
+        surfaces [W m-2]
     hidden : (r,) irradiance by the sky behind them over pi, mean of the bands [W m-2 sr-1]
     """
 
@@ -76,7 +77,7 @@ class _Way:
 class MutualLight:
     """The light of bodies after all journeys between them.
 
-    bodies : with the light that each would have without the others
+    isolated : with the light that each would have without the others
     sent : (c, 4) exitance of the clusters of each way [W m-2]
     more : (p, 4) what that adds to the exitance of each body [W m-2]
     """
@@ -84,12 +85,14 @@ class MutualLight:
     def __init__(
         self,
         bodies: Sequence[NearBody],
-        skies: Sequence[SkyRadiance | None],
+        isolated: Sequence[IsolatedLight],
         ways: Sequence[_Way],
         sent: Sequence[Array32],
         more: Sequence[Array32],
     ) -> None:
-        self._bodies, self._skies, self._more = bodies, skies, more
+        self._bodies, self._more = bodies, more
+        self._skies = [one.sky for one in isolated]
+        self._own = [one.exitance for one in isolated]
         self._arriving = [
             (way.pair.receiver, np.float32(way.pair.weight), way.posed, light)
             for way, light in zip(ways, sent, strict=True)
@@ -102,10 +105,13 @@ class MutualLight:
         hidden = np.zeros(len(places), dtype=np.float32)
         sky = self._skies[number]
         cells = None if sky is None else sky_cells(sky).mean(axis=1)
+        leaving = self._own[number] + self._more[number]
         for receiver, weight, posed, sent in self._arriving:
             if receiver != number:
                 continue
             light += posed.to_places @ (weight * sent)
+            if posed.hides_from_places.nnz:
+                light -= posed.hides_from_places @ (weight * leaving)
             if cells is not None:
                 hidden += posed.hides @ (weight * cells)
         return FromNeighbours(
@@ -142,10 +148,10 @@ class NeighbourLight:
         self._coarse.reserve(len(isolated))
         self._bodies.reserve(len(isolated))
         self._standing.reserve(len(isolated))
-        self._paths.reserve(len(pairs))
+        self._paths.reserve(2 * len(pairs))
         self._posed.reserve(len(pairs))
         bodies = [self._body(one) for one in isolated]
-        ways = [self._way(bodies[pair.receiver], bodies[pair.sender], pair) for pair in pairs]
+        ways = [self._way(isolated, bodies, pair) for pair in pairs]
         sunlit = [self._sunlit(one) for one in isolated]
         sent = []
         for way in ways:
@@ -155,16 +161,16 @@ class NeighbourLight:
                 first += way.path.means @ np.take(samples, way.path.samples, axis=0)
             sent.append(first)
         more = [np.zeros_like(one.exitance) for one in isolated]
-        added = sent
+        added, bounced = sent, {i: one.exitance for i, one in enumerate(isolated)}
         for _ in range(_MAX_JOURNEYS):
-            bounced = self._bounced(isolated, more, ways, added)
+            bounced = self._bounced(isolated, more, ways, (added, bounced))
             if not bounced:
                 break
             for number, light in bounced.items():
                 more[number] = more[number] + light
             added = [_sent_on(way, bounced) for way in ways]
             sent = [a + b for a, b in zip(sent, added, strict=True)]
-        return MutualLight(bodies, [one.sky for one in isolated], ways, sent, more)
+        return MutualLight(bodies, isolated, ways, sent, more)
 
     def _sunlit(self, one: IsolatedLight) -> tuple[Array32, Array32 | None]:
         """(p, 4) exitance but for the Sun's light before any bounce, and (p * n, 4) that light at
@@ -183,21 +189,28 @@ class NeighbourLight:
         isolated: Sequence[IsolatedLight],
         more: Sequence[Array32],
         ways: Sequence[_Way],
-        sent: Sequence[Array32],
+        last: tuple[Sequence[Array32], Mapping[int, Array32]],
     ) -> dict[int, Array32]:
         """(p, 4) exitance that light just sent adds to bodies, where it is not too little beside
-        their own and what others have added so far."""
+        their own and what others have added so far.
+
+        last : (c, 4) that light, of each way, and (p, 4) what the exitance of bodies rose by, of
+            which others hide a part from themselves
+        """
         arriving: dict[int, Array32] = {}
+        sent, risen = last
         for way, light in zip(ways, sent, strict=True):
-            at = way.posed.to_patches @ (np.float32(way.pair.weight) * light)
-            number = way.pair.receiver
+            number, part = way.pair.receiver, np.float32(way.pair.weight)
+            at = way.posed.to_patches @ (part * light)
+            if number in risen and way.posed.hides_from_patches.nnz:
+                at -= way.posed.hides_from_patches @ (part * risen[number])
             arriving[number] = arriving[number] + at if number in arriving else at
         bounced = {}
         for number, irradiance in arriving.items():
             one = isolated[number]
             areas = one.transport.areas
             present = float((areas @ one.exitance).sum() + (areas @ more[number]).sum())
-            added = float((areas @ irradiance).sum()) / max(present, 1e-30)
+            added = float((areas @ np.abs(irradiance)).sum()) / max(present, 1e-30)
             weight = faded(added, _ENOUGH)
             if weight > 0.0:
                 light = np.float32(weight) * irradiance
@@ -225,12 +238,24 @@ class NeighbourLight:
 
         return self._bodies.get(key, near_body)
 
-    def _way(self, receiver: NearBody, sender: NearBody, pair: NearPair) -> _Way:
+    def _way(
+        self, isolated: Sequence[IsolatedLight], bodies: Sequence[NearBody], pair: NearPair
+    ) -> _Way:
+        receiver, sender = bodies[pair.receiver], bodies[pair.sender]
         matrix = in_steps(pair.sender_from_receiver, pair.reach, STEP)
-        key = receiver.key, sender.key, matrix.tobytes()
+        key: tuple[object, ...] = (receiver.key, sender.key, matrix.tobytes())
         path = self._paths.get(
             key, lambda: light_path(receiver, sender, matrix), lambda path: path.nbytes
         )
+        itself = isolated[pair.sender].instance
+        around = [o for o in isolated[pair.receiver].incident.around if o.instance != itself]
+        third = third_bodies(around, receiver.model, sender.model, pair.sender_from_receiver)
+        if third:
+            key = *key, *(other.key for other in third)
+            free, blockers = path, [other.blocker() for other in third]
+            path = self._paths.get(
+                key, lambda: unhidden(free, matrix, blockers), lambda path: path.nbytes
+            )
         fine = in_steps(pair.sender_from_receiver, pair.reach, FINE_STEP)
         posed = self._posed.get(
             (key, fine.tobytes()),

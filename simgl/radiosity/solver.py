@@ -114,7 +114,7 @@ def radiosity(
     """(p, 4) or (p, 4, n) exitance of the patches after all bounces [W m-2].
 
     emitted : exitance before any bounce, of one light or of n separate ones; a light gets the same
-        bits among others as by itself
+        bits among others as by itself. Less than nothing where light is missing
     residual : what is left of the error of the first guess
 
     x = M x + c with Chebyshev's acceleration (Golub & Varga 1961): after k steps the error is below
@@ -149,7 +149,9 @@ def radiosity(
         next_ *= np.float32(omega)
         next_ += older
         older, newer = newer, next_
-    return np.maximum(newer, 0.0, out=newer).reshape(emitted.shape)
+    if lights.min() >= 0.0:
+        np.maximum(newer, 0.0, out=newer)
+    return newer.reshape(emitted.shape)
 
 
 def _product(a: Array32, b: Array32) -> Array32:
@@ -181,20 +183,19 @@ def seeing(
     return lit
 
 
-def mean_normals(transport: LightTransport, lit: Mask, valid: Mask) -> Array32:
-    """(p, 3) mean over each patch's sample points: their normals where they are lit.
+def mean_cosines(transport: LightTransport, direction: Array, lit: Mask, valid: Mask) -> Array32:
+    """(p,) mean over each patch's sample points: their cosines to a direction where they are lit.
 
-    lit, valid : as of ``lit_samples``; the product of its direction with a row is the mean cosine
+    lit, valid : as of ``lit_samples``
     """
-    normals = np.where(lit[:, :, None], transport.normals, np.float32(0.0)).sum(axis=1)
+    cosines = (transport.normals @ direction.astype(np.float32)) * lit
     count = np.maximum(valid.sum(axis=1), 1).astype(np.float32)
-    return np.asarray(normals / count[:, None], dtype=np.float32)
+    return np.asarray(np.maximum(cosines.sum(axis=1) / count, 0.0), dtype=np.float32)
 
 
 def sun_cosines(transport: LightTransport, direction: Array) -> Array32:
     """(p,) mean over each patch of its cosine to the Sun where the Sun is seen."""
-    normals = mean_normals(transport, *lit_samples(transport, direction))
-    return np.asarray(np.maximum(normals @ direction.astype(np.float32), 0.0))
+    return mean_cosines(transport, direction, *lit_samples(transport, direction))
 
 
 def blocked_by(

@@ -12,7 +12,7 @@ from simgl.arrays import Array, Array32, IndexArray, Mask
 from simgl.lru_cache import LruCache
 from simgl.next_step import FARTHEST_FRAMES
 from simgl.radiosity.light_transport import LightTransport, PatchCells
-from simgl.radiosity.solver import Blocker, blocked_by, lit_samples, mean_normals, seeing
+from simgl.radiosity.solver import Blocker, blocked_by, lit_samples, mean_cosines, seeing
 
 # Steps of the grid of directions from one end of an axis to the other: half a degree each, the
 # width of the Sun. What light a patch gets is linear between three of them, as in a penumbra.
@@ -99,10 +99,10 @@ class SunlitPatches:
     def _traced(self, node: Node) -> Sunlit:
         direction = direction_of(node)
         lit, valid = lit_samples(self._transport, direction)
-        cosines = mean_normals(self._transport, lit, valid) @ direction.astype(np.float32)
+        cosines = mean_cosines(self._transport, direction, lit, valid)
         number = lit.sum(axis=1)
         partly = (number > 0) & (number < valid.sum(axis=1))
-        return Sunlit(lit=lit, cosines=np.maximum(cosines, 0.0), partly=partly)
+        return Sunlit(lit=lit, cosines=cosines, partly=partly)
 
 
 def grid_corners(direction: Array) -> tuple[tuple[Node, float], ...]:
