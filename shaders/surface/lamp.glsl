@@ -246,12 +246,12 @@ float line_distance(LampLine line, float height) {
 bool line_meets(Lamp lamp, LampReceiver r, LampLine line, ivec2 at, float from, float to) {
     vec4 texel = read_texel(lamp_maps, at + ivec2(lamp.first, 0));
     vec2 away = vec2(at) - r.place, ends = texel.rg - r.near, slope = texel.ba;
-    float own = dot(r.plane, away) + r.slack * (1.0 + abs(away.x) + abs(away.y));
-    if (ends.x <= own || texel.r > lamp.hard_near) return false;
+    float plane = dot(r.plane, away) + r.slack * (1.0 + abs(away.x) + abs(away.y));
+    if (ends.x <= plane || texel.r > lamp.hard_near) return false;
     // Of the plane over the receiver, or over what lies a little towards the viewer.
     float over = min(ends.x - dot(slope, away), texel.r - r.seen.z - dot(slope, vec2(at) - r.seen.xy));
     // A solid that does not end over the receiver's surface reaches down to it; sheets have no inside.
-    float low = ends.y >= own ? ends.y : lamp.solid ? from : to;
+    float low = ends.y >= plane ? ends.y : lamp.solid ? from : to;
     float inside = max(from, low);
     vec3 below = over + (dot(slope, line.slope) - 1.0) * vec3(from, to, inside);
     bool comes_through = (below.x > 0.0) != (below.y > 0.0);

@@ -73,7 +73,8 @@ BLINDS = (
     ((0.5, 0.5, 1.5), (1.2, 0.0, 3.0), 0.2),
     ((0.1, 3.0, 0.1), (1.0, 0.0, 2.0), 0.3),
     ((0.6, 0.6, 1.0), (1.2, 0.0, 0.5), 0.3),
-    # Smaller than the blur; a post along the light; walls below an aperture of a tenth of the distance.
+    # Smaller than the blur; a post along the light; walls below an aperture as wide as a tenth of
+    # its distance.
     ((0.06, 0.06, 0.001), (0.06, 0.0, 9.0), 0.1),
     ((0.3, 0.3, 7.0), (0.5, 0.0, 3.5), 0.3),
     ((0.02, 6.0, 1.5), (0.8, 0.0, 0.75), 1.0),
