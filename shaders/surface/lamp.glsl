@@ -9,8 +9,15 @@ uniform sampler2D lamp_maps;
 // In green, bounds on it.
 uniform sampler2D lamp_bounds;
 
-// Directions that stand for the aperture, and besides them some near its middle that look for casters.
-const int LAMP_TAPS = 28, NEAR_LAMP_TAPS = 4;
+// Lines that stand for the aperture, three times as many where it blurs over more than so many texels: there
+// casters of several texels may be small beside it.
+const int LAMP_LINES = 32;
+const float WIDE_BLUR = 8.0;
+// A line looks at each texel, and past so many of them as often as it has grown by one part of so many.
+const float LOOKS = 32.0;
+// So far [texels] the bounds tell (surface/caster_bounds.glsl), and which of them a line asks first.
+const float LEAPS[CASTER_LEVELS] = float[](8.0, 16.0, 24.0, 32.0, 48.0, 64.0, 96.0, 128.0, 192.0, 256.0);
+const int FIRST_LEAP = 3;
 // Cosine and sine of the golden angle, 2.39996323 rad, between successive directions.
 const mat2 GOLDEN_TURN = mat2(-0.73736888, 0.67549029, -0.67549029, -0.73736888);
 // A receiver stands so far over its triangle [texels].
@@ -209,90 +216,118 @@ float casters_above(Lamp lamp, LampReceiver r, float widest) {
     return high;
 }
 
-// What stands before a receiver at an offset [texels], between which 1 / z above its own [m-1];
-// casts: whether it does, ends: whether it ends before the receiver.
-struct LampSlab {
-    float high, low;
-    bool casts, ends;
+// A line from a receiver to a point of the aperture. In X, Y and 1 / z it is straight, X grows by that
+// point's own x for each 1 / z: the aperture is to a lamp's map what the Sun's disc is to its own.
+//
+// Near contact the disc shrinks below a texel; then the texel's own width smooths: the line begins at a
+// distance from the receiver.
+struct LampLine {
+    vec2 slope;    // texels for each 1 / z over the receiver's own
+    float steep;   // length of that
+    vec2 along;    // unit, in its direction
+    float blur;    // 1 / z over the receiver's own at which the disc is as wide as a texel [m-1]
 };
 
-// ray : texels per 1 / z, of the line that looks there
-LampSlab lamp_slab(Lamp lamp, LampReceiver r, vec2 offset, vec2 ray) {
-    ivec2 at = clamp(ivec2(floor(r.place + offset + 0.5)), ivec2(0), ivec2(lamp_map_size - 1));
-    vec2 away = vec2(at) - r.place;
+// Height over the receiver [m-1], a difference in 1 / z, of a line so far from it on the map [texels].
+float line_height(LampLine line, float away) {
+    float height = away / line.steep;
+    return sqrt(max(height * height - line.blur * line.blur, 0.0));
+}
+
+// Distance [texels] where a line stands so high over the receiver [m-1].
+float line_distance(LampLine line, float height) {
+    return line.steep * sqrt(height * height + line.blur * line.blur);
+}
+
+// Whether a line meets what a texel shows, on its way between two heights over the receiver [m-1].
+//
+// A caster is in its way where it comes through the plane of the surface that the texel shows, or is below
+// that while light has not left the solid yet.
+bool line_meets(Lamp lamp, LampReceiver r, LampLine line, ivec2 at, float from, float to) {
+    vec4 texel = read_texel(lamp_maps, at + ivec2(lamp.first, 0));
+    vec2 away = vec2(at) - r.place, ends = texel.rg - r.near, slope = texel.ba;
     float plane = dot(r.plane, away) + r.slack * (1.0 + abs(away.x) + abs(away.y));
-    at.x += lamp.first;
-    LampSlab slab;
-    vec4 texel = read_texel(lamp_maps, at);
-    vec2 ends = texel.rg - r.near, slope = texel.ba;
-    slab.high = ends.x;
-    slab.casts = slab.high > plane && slab.high + r.near <= lamp.hard_near;
-    float low = ends.y, thin = slab.high;
-    if (slab.casts) {
-        // A texel tells of its middle; its plane tells whether the line runs below it at all.
-        slab.casts = slab.high > dot(slope, away) || dot(slope, ray) >= 1.0;
-        // A sheet is as thick as it rises over a texel: lines find no gaps between its texels.
-        thin -= abs(slope.x) + abs(slope.y);
-        low = lamp.solid ? low : min(low, thin);
-    }
-    slab.ends = low >= plane;
-    slab.low = min(slab.ends ? low : lamp.solid ? plane : max(thin, plane), slab.high);
-    return slab;
+    if (ends.x <= plane || texel.r > lamp.hard_near) return false;
+    // Of the plane over the receiver, or over what lies a little towards the viewer.
+    float over = min(ends.x - dot(slope, away), texel.r - r.seen.z - dot(slope, vec2(at) - r.seen.xy));
+    // A solid that does not end over the receiver's surface reaches down to it; sheets have no inside.
+    float low = ends.y >= plane ? ends.y : lamp.solid ? from : to;
+    float inside = max(from, low);
+    vec3 below = over + (dot(slope, line.slope) - 1.0) * vec3(from, to, inside);
+    bool comes_through = (below.x > 0.0) != (below.y > 0.0);
+    return comes_through || (inside < to && max(below.y, below.z) > 0.0);
+}
+
+// Whether casters stand as high as a line around a place on the map, within a reach of the bounds.
+bool stands_around(Lamp lamp, LampReceiver r, vec2 place, int level, float height) {
+    ivec2 cell = clamp(ivec2(place + 0.5), ivec2(0), ivec2(lamp_map_size - 1)) >> 3;
+    ivec2 at = cell + ivec2(lamp.first_bounds + level * (lamp_map_size >> 3), 0);
+    return read_texel(lamp_bounds, at).g - r.near > height;
+}
+
+// Whether a line from a receiver to the aperture meets a caster. It is followed from texel to texel, and
+// in leaps where nothing around stands as high.
+//
+// high : of casters_above
+bool line_blocked(Lamp lamp, LampReceiver r, LampLine line, float high) {
+    vec2 side = sign(line.along);
+    vec2 edge = (0.5 * side + 0.5) * float(lamp_map_size) - 0.5;
+    vec2 room = max((edge - r.place) / line.along, 0.0);
+    float away = line_distance(line, 0.0), end = min(line_distance(line, high), min(room.x, room.y));
+    float from = 0.0;
+    int level = FIRST_LEAP, looks = 0;
+    bool blocked = false;
+    do {
+        vec2 place = r.place + line.along * away;
+        if (looks == 0 && end - away > LEAPS[0]) {
+            if (stands_around(lamp, r, place, level, from)) {
+                looks = level == 0 ? int(LEAPS[0]) : 0;
+                level = max(level - 2, 0);
+            } else {
+                away += LEAPS[level];
+                from = line_height(line, away);
+                level = min(level + 1, CASTER_LEVELS - 1);
+            }
+        } else {
+            float stride = away / LOOKS;
+            vec2 texel = floor(place + max(0.5 * stride - 0.5, 0.0) * line.along + 0.5);
+            vec2 border = (texel + 0.5 * side - r.place) / line.along;
+            away = max(min(border.x, border.y), away + stride) + 1e-3;
+            float to = away < end ? line_height(line, away) : high;
+            ivec2 at = clamp(ivec2(texel), ivec2(0), ivec2(lamp_map_size - 1));
+            blocked = line_meets(lamp, r, line, at, from, to);
+            from = to;
+            looks = max(looks - 1, 0);
+        }
+    } while (!blocked && away < end);
+    return blocked;
 }
 
 // Share of the aperture that a surface sees past the casters of a lamp's map.
 //
-// In X, Y and 1 / z the line from a place to a point p of the aperture is straight, X grows by p for
-// each 1 / z: the aperture is to the map what the Sun's disc is to its own. A line is blocked where it
-// runs through a slab; as in surface/shadow.glsl, what lines to all of the disc meet at the height of
-// the highest caster tells between which heights the slabs lie.
-//
 // high : of casters_above
 float lit_by_aperture(Lamp lamp, LampReceiver r, float high) {
+    if (r.flat_facet) {
+        // It needs no lift over the triangle.
+        high += r.near - r.foot.z;
+        r.place = r.foot.xy;
+        r.near = r.foot.z;
+    }
+    // Past the highest caster, not as high as it.
+    high *= 1.01;
     vec2 reach = aperture_reach(lamp);
-    float widest = max(reach.x, reach.y);
+    float widest = max(reach.x, reach.y), blur = sqrt(0.6) / widest;
+    int lines = high * widest < WIDE_BLUR ? LAMP_LINES : 3 * LAMP_LINES, lit = 0;
     vec2 turn = fract(0.5 + vec2(dot(gl_FragCoord.xy, vec2(0.7548776662, 0.5698402910)),
                                  dot(gl_FragCoord.xy, vec2(0.8566748838, 0.7338918566))));
-    vec2 first = vec2(cos(6.28318531 * turn.x), sin(6.28318531 * turn.x)), direction = first;
-    float top = 0.0, bottom = high, deepest = high, near = 1.0 - 0.5 * turn.y;
-    uint blocked = 0u;
-    for (int k = 0; k < LAMP_TAPS + NEAR_LAMP_TAPS; ++k) {
-        bool ring = k >= LAMP_TAPS;
-        if (ring) near *= 0.5;
-        float part = ring ? near : sqrt((float(k) + turn.y) / float(LAMP_TAPS));
-        vec2 ray = part * reach * direction;
-        LampSlab slab = lamp_slab(lamp, r, high * ray, ray);
+    vec2 direction = vec2(cos(6.28318531 * turn.x), sin(6.28318531 * turn.x));
+    for (int k = 0; k < lines; ++k) {
+        vec2 slope = sqrt((float(k) + turn.y) / float(lines)) * reach * direction + 1e-6;
+        float steep = length(slope);
+        lit += line_blocked(lamp, r, LampLine(slope, steep, slope / steep, blur), high) ? 0 : 1;
         direction = GOLDEN_TURN * direction;
-        if (!slab.casts) continue;
-        top = max(top, slab.high);
-        if (slab.high >= 0.95 * high && !ring) blocked |= 1u << uint(k);
-        if (slab.ends) bottom = min(bottom, slab.low);
-        deepest = min(deepest, slab.low);
     }
-    if (top <= 0.0) return 1.0;
-    if (bottom == high) bottom = max(deepest, 0.05 * top);
-    direction = first;
-    float lit = 0.0;
-    for (int k = 0; k < LAMP_TAPS; ++k) {
-        vec2 ray = sqrt((float(k) + turn.y) / float(LAMP_TAPS)) * reach * direction;
-        direction = GOLDEN_TURN * direction;
-        bool shaded = ((blocked >> uint(k)) & 1u) == 1u, lowest = false;
-        float height = top;
-        int look = 0;
-        bool decided = shaded;
-        do {
-            // Near contact the disc shrinks below a texel; then the texel's own width smooths.
-            float wider = sqrt(1.0 + 0.6 / max(height * height * widest * widest, 1e-6));
-            LampSlab slab = lamp_slab(lamp, r, height * wider * ray, ray);
-            float meets = clamp(height, slab.low, slab.high);
-            shaded = decided || slab.casts && abs(meets - height) <= 0.05 * height;
-            decided = shaded || lowest && !slab.casts;
-            lowest = lowest || !slab.casts;
-            height = slab.casts ? meets : bottom;
-        } while (++look < 3 && !decided);
-        lit += shaded ? 0.0 : 1.0;
-    }
-    return lit / float(LAMP_TAPS);
+    return float(lit) / float(lines);
 }
 
 // Share of the lamp's light that reaches a surface past all casters.

@@ -89,10 +89,12 @@ def lamp_view(
     up = carrier[:, int(np.argmin(np.round(np.abs(carrier.T @ lamp.direction), 6)))]
     R_lamp_from_icrf = camera_from_directions(lamp.direction, up)
     near = max(_NEAREST, lamp.lamp.radius)
-    widest = float(np.tan(lamp.lamp.half_angle + lamp.lamp.edge))
+    carrying = state.bodies.get(lamp.lamp.spacecraft)
     seen = []
     for body in state.bodies.values():
-        in_beam = _in_beam(body, lamp, R_lamp_from_icrf, near, widest)
+        # The aperture of a lamp that looks along its carrier would lie half within it.
+        soft_from = _HARD_RADII * lamp.lamp.radius if body is carrying else near
+        in_beam = _in_beam(body, lamp, R_lamp_from_icrf, near, soft_from)
         if in_beam is not None:
             seen.append(in_beam)
     if not seen:
@@ -112,10 +114,8 @@ def lamp_view(
     R_camera_from_lamp = camera.R_camera_from_icrf @ R_lamp_from_icrf.T
     texels = 0.5 * MAP_SIZE / half
     first = 0.5 * MAP_SIZE * (1.0 - middle / half)
-    # The aperture of a lamp that looks along its carrier would lie half within it.
-    carried = any(s.body is state.bodies.get(lamp.lamp.spacecraft) for s in seen)
     hard_near = 1.001 / min(s.nearest for s in seen)
-    if carried:
+    if any(s.body is carrying for s in seen):
         hard_near = min(hard_near, 1.0 / (_HARD_RADII * lamp.lamp.radius))
     # Between the nearest and the farthest body, as seen from the two ends of the aperture.
     depths = hard_near - 1.0 / far
@@ -143,8 +143,12 @@ def _in_beam(
     lamp: LampState,
     R_lamp_from_icrf: Array,
     near: float,
-    widest: float,
+    soft_from: float,
 ) -> _Seen | None:
+    """A body that the lamp lights, or that shades some of the aperture for what it lights.
+
+    soft_from : what is nearer than this casts hard shadows [m]
+    """
     R, offset = steady_pose(body.pose, R_lamp_from_icrf, lamp.position)
     mesh = body.model.posed_mesh
     points = hull = moved(mesh.hull, R, offset)
@@ -159,18 +163,22 @@ def _in_beam(
         share = (near - start[:, 2:]) / (end[:, 2:] - start[:, 2:])
         points = np.concatenate([hull[front], start + share * (end - start)])
     tangents = points[:, :2] / points[:, 2:]
+    nearest, far = float(points[:, 2].min()), float(max(points[:, 2].max(), 2.0 * near))
+    widest = float(np.tan(lamp.lamp.half_angle + lamp.lamp.edge))
+    if far > soft_from:
+        # Lines from what is lit to the aperture leave the beam by so much.
+        widest += lamp.lamp.radius / max(nearest, soft_from)
     low = np.maximum(tangents.min(axis=0), -widest)
     high = np.minimum(tangents.max(axis=0), widest)
     if np.any(high <= low):
         return None
-    far = float(max(points[:, 2].max(), 2.0 * near))
     return _Seen(
         body=body,
         R_lamp_from_body=R,
         offset=offset,
         low=low,
         high=high,
-        nearest=float(points[:, 2].min()),
+        nearest=nearest,
         far=far,
         cut=cut,
     )

@@ -217,6 +217,24 @@ def test_a_map_is_cut_to_what_the_beam_meets_and_kept_while_nothing_moves(
     np.testing.assert_array_equal(first.radiance, second.radiance)
 
 
+def test_a_map_holds_what_stands_before_the_aperture_beside_the_beam() -> None:
+    """The line from a lit place to the edge of the aperture meets the blind 50 deg off the axis."""
+    scenario = dark_scene(
+        {
+            "plate": {"model": plate(12.0), "position_icrf_m": [0, 0, 0]},
+            "blind": {"model": box((0.3, 0.3, 0.3)), "position_icrf_m": [0.62, 0, 9.5]},
+        },
+        {"position_icrf_m": [0, 0, 40.0], **DOWN},
+        {"half_angle_deg": 40.0, "radius_m": 0.3},
+    )
+    state = scenario.at(scenario.epoch_tai_ns)
+    camera = state.cameras["cam"]
+    (view,) = lamp_views(state, camera)
+    v = camera.R_camera_from_icrf @ [0.475, 0.0, -0.4]
+    texel = [v @ along[:3] / (v @ view.axis) + along[3] for along in (view.column, view.row)]
+    assert 0.0 < min(texel) <= max(texel) < MAP_SIZE
+
+
 def test_a_lamp_that_meets_nothing_lights_nothing(gl: moderngl.Context) -> None:
     scenario = dark_scene(
         {"plate": {"model": plate(2.0), "position_icrf_m": [0, 0, 0]}},
