@@ -44,9 +44,11 @@ LONGEST_WAY = 400.0
 # The same where rows have their own times: the samples of slanting edges leave 0.016 px in each row
 # of a snapshot, and longer ways show other sides of what comes past. Several snapshots even it out.
 LONGEST_WAY_IN_ROWS = 60.0
-# How far the ends of a way in one snapshot may be off an even motion through its middle: so many
+# How far the ends of a way may be off an even motion through its middle to be swept as one: so many
 # pixels in all, or one in so many of the way. A way that turns back is none from end to end.
-_MIN_BEND, _BENDS = 0.25, 4.0
+MIN_BEND, BENDS = 0.25, 4.0
+# The longest way of what is farther off, along which it is swept pixel by pixel [px].
+LONGEST_UNEVEN = 160.0
 # Steps in which the snapshot grows around the image, so that its textures last [px].
 _MARGIN_STEP = 16
 
@@ -267,12 +269,13 @@ def _ways_in(states: tuple[SceneState, SceneState, SceneState], name: str) -> Ar
             return np.full(2, np.inf)
         first, middle, last = outlines
         if np.any((middle < 0.0) | (middle > size)):
-            ways = np.maximum(ways, np.abs(last - first).max(axis=0))
+            for end in (first, last):
+                ways = np.maximum(ways, 2.0 * np.abs(end - middle).max(axis=0))
     return ways
 
 
 def _uneven(states: tuple[SceneState, SceneState, SceneState], name: str, exposed: float) -> float:
-    """How many snapshots it takes until spacecraft move nearly evenly in each.
+    """How many snapshots it takes until spacecraft move nearly evenly in each, or not far.
 
     states : from the start to the end
     exposed : share of that time in which a row sees them
@@ -283,7 +286,9 @@ def _uneven(states: tuple[SceneState, SceneState, SceneState], name: str, expose
         bend = exposed**2 * np.abs(last + first - 2.0 * middle).max()
         way = exposed * np.abs((last - first).mean(axis=0)).max()
         if np.isfinite(bend):
-            count = max(count, min(np.sqrt(bend / _MIN_BEND), _BENDS * bend / max(way, 1e-6)))
+            longest = 2.0 * exposed * max(np.abs(end - middle).max() for end in (first, last))
+            even = min(np.sqrt(bend / MIN_BEND), BENDS * bend / max(way, 1e-6))
+            count = max(count, min(even, longest / LONGEST_UNEVEN))
     return float(count)
 
 
