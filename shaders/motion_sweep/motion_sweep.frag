@@ -120,15 +120,15 @@ Seen uneven(vec2 place, vec2 way, vec2 curve, float span) {
         // Time spent below, above, on the way there and back; from there back time runs down with the level.
         vec2 weights = abs(sum_between(low, middle, rate, bend) - (level - 1.0) * (middle - low)
                            - sum_between(middle, high, rate, bend) + (level + 1.0) * (high - middle));
-        // Beside the axis, at the times' middles.
+        // Across the axis, at the times' middles.
         vec2 times = 0.5 * (low + high);
-        vec2 aside = times * (rates.y - times * bends.y);
-        float weight = weights.x + weights.y, both = dot(weights, aside) / max(weight, 1e-9);
-        bool apart = abs(aside.x - aside.y) > 0.125 && min(weights.x, weights.y) > 0.0;
-        vec2 main_way = forwards * level * vec2(along), beside = vec2(along.yx);
-        float first = apart ? aside.x : both;
-        sum += (apart ? weights.x : weight) * SEEN_ALONG(place - main_way - first * beside);
-        if (apart) sum += weights.y * SEEN_ALONG(place - main_way - aside.y * beside);
+        vec2 lateral = times * (rates.y - times * bends.y);
+        float weight = weights.x + weights.y, both = dot(weights, lateral) / max(weight, 1e-9);
+        bool differ = abs(lateral.x - lateral.y) > 0.125 && min(weights.x, weights.y) > 0.0;
+        vec2 along_path = forwards * level * vec2(along), across_path = vec2(along.yx);
+        float first = differ ? lateral.x : both;
+        sum += (differ ? weights.x : weight) * SEEN_ALONG(place - along_path - first * across_path);
+        if (differ) sum += weights.y * SEEN_ALONG(place - along_path - lateral.y * across_path);
         low = middle;
         middle = high;
     } while (++level <= last);
