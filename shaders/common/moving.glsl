@@ -30,7 +30,7 @@ float time_of(vec3 sight) {
 
 // camera_from_body at a time.
 mat4 pose_at(float time) {
-    return camera_from_body + time * (pose_rate + time * pose_change);
+    return camera_from_body + time * (pose_rate + time * (pose_change + time * pose_third));
 }
 
 // When the row is exposed that a place is seen in then.
@@ -42,11 +42,20 @@ float seen_time(vec3 place, vec3 rate) {
         mat4 pose = pose_at(time);
         vec4 point = vec4(place + time * rate, 1.0);
         vec3 p = (pose * point).xyz;
-        vec3 v = ((pose_rate + 2.0 * time * pose_change) * point).xyz + mat3(pose) * rate;
+        mat4 change = pose_rate + time * (2.0 * pose_change + 3.0 * time * pose_third);
+        vec3 v = (change * point).xyz + mat3(pose) * rate;
         p.z = max(p.z, 1e-3);
         float runs = 1.0 - row_clock.x * (v.y * p.z - p.y * v.z) / (p.z * p.z);
         time += (time_of(p) - time) / max(runs, SLOWEST_ROWS);
         time = clamp(time, -FARTHEST_TIME, FARTHEST_TIME);
     }
     return time;
+}
+
+// A direction that stands still in space at a time, of which camera axes at time 0 are given.
+vec3 light_at(vec3 direction, float time) {
+    // Half the turn's tangent along its axis (Rodrigues).
+    vec3 turn = 0.5 * time * light_turn.xyz;
+    turn *= 1.0 + dot(turn, turn) / 3.0;
+    return direction + 2.0 / (1.0 + dot(turn, turn)) * cross(turn, direction + cross(turn, direction));
 }

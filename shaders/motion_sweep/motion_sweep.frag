@@ -8,6 +8,9 @@
 // CHUNKS: the snapshot is one that was swept already, over an equal part of the exposure.
 // FINE: what is between pixels across the motion is told from four of them, so that edges along it stay
 // as sharp as they are.
+// UNEVEN: what it shows accelerates, and may turn back on its way. Each place, a pixel from the next along
+// the longer axis, counts for the time that is spent around it, parted between neighbours as by linear
+// interpolation; FINE as well.
 // COVERED: it comes with the covered share of its pixels.
 // OVER: that is the second source, so that blending lays the snapshot over what is behind it.
 #include "block/sweep"
@@ -71,6 +74,68 @@ Seen fine_at(vec2 place, ivec2 across) {
 }
 #endif
 
+#ifdef UNEVEN
+#ifdef FINE
+#define SEEN_ALONG(place) fine_at(place, along.yx)
+#else
+#define SEEN_ALONG(place) SEEN((place) / vec2(textureSize(snapshot, 0)))
+#endif
+
+// When what goes by rate t - bend t^2 along an axis, bend > 0, is at a level: on its way there, and back.
+//
+// half_span : times run from minus that to that; turns : when it turns back, within these
+vec2 times_at(float level, float rate, float bend, float half_span, float turns) {
+    level = min(level, 0.25 * rate * rate / bend);
+    float root = sqrt(max(rate * rate - 4.0 * bend * level, 0.0));
+    // Of the two forms of each root that which loses no digits.
+    float sum = abs(rate) + root, near = 2.0 * level / max(sum, 1e-9), far = 0.5 * sum / bend;
+    vec2 times = rate > 0.0 ? vec2(near, far) : vec2(-far, -near);
+    return vec2(clamp(times.x, -half_span, turns), clamp(times.y, turns, half_span));
+}
+
+// Sum of the levels from one time to another.
+vec2 sum_between(vec2 from, vec2 to, float rate, float bend) {
+    return (to - from) * (0.5 * rate * (from + to) - bend / 3.0 * (from * from + from * to + to * to));
+}
+
+// Mean over times of an exposure about 0 of the snapshot at `place` - t (way - t curve) [px].
+Seen uneven(vec2 place, vec2 way, vec2 curve, float span) {
+    float half_span = 0.5 * span;
+    vec2 reach = abs(way) + abs(curve) * half_span;
+    bool upright = reach.y > reach.x;
+    ivec2 along = upright ? ivec2(0, 1) : ivec2(1, 0);
+    // Levels count so that the bend is positive.
+    vec2 rates = upright ? way.yx : way, bends = upright ? curve.yx : curve;
+    float forwards = bends.x < 0.0 ? -1.0 : 1.0;
+    float rate = forwards * rates.x, bend = max(abs(bends.x), 1e-3);
+    float turns = clamp(0.5 * rate / bend, -half_span, half_span);
+    vec2 ends = half_span * (rate * vec2(-1.0, 1.0) - bend * half_span);
+    float top = turns * (rate - turns * bend);
+    float level = floor(min(ends.x, ends.y)), last = ceil(max(top, max(ends.x, ends.y)));
+    vec2 low = times_at(level - 1.0, rate, bend, half_span, turns);
+    vec2 middle = times_at(level, rate, bend, half_span, turns);
+    Seen sum = Seen(0.0);
+    do {
+        vec2 high = times_at(level + 1.0, rate, bend, half_span, turns);
+        // Time spent below, above, on the way there and back; from there back time runs down with the level.
+        vec2 weights = abs(sum_between(low, middle, rate, bend) - (level - 1.0) * (middle - low)
+                           - sum_between(middle, high, rate, bend) + (level + 1.0) * (high - middle));
+        // Across the axis, at the times' middles.
+        vec2 times = 0.5 * (low + high);
+        vec2 lateral = times * (rates.y - times * bends.y);
+        float weight = weights.x + weights.y, both = dot(weights, lateral) / max(weight, 1e-9);
+        bool differ = abs(lateral.x - lateral.y) > 0.125 && min(weights.x, weights.y) > 0.0;
+        vec2 along_path = forwards * level * vec2(along), across_path = vec2(along.yx);
+        float first = differ ? lateral.x : both;
+        sum += (differ ? weights.x : weight) * SEEN_ALONG(place - along_path - first * across_path);
+        if (differ) sum += weights.y * SEEN_ALONG(place - along_path - lateral.y * across_path);
+        low = middle;
+        middle = high;
+    } while (++level <= last);
+    return (1.0 / max(span, 1e-9)) * sum;
+}
+#endif
+
 void main() {
     vec2 at = gl_FragCoord.xy + margin;
     vec2 size = vec2(textureSize(paths, 0));
@@ -79,6 +144,10 @@ void main() {
     float opens = (gl_FragCoord.y - middle_row) * row_rate - 0.5;
     float from = max(opens, segment.x), to = min(opens + 1.0, segment.y);
     float span = max(to - from, 0.0), middle = 0.5 * (from + to) - moment;
+#ifdef UNEVEN
+    vec2 late = middle * path.zw;
+    Seen sum = share * span * uneven(at - middle * (path.xy - late), path.xy - 2.0 * late, path.zw, span);
+#else
 #ifdef FINE
     vec2 texel = vec2(1.0);
     ivec2 across = abs(path.x) < abs(path.y) ? ivec2(1, 0) : ivec2(0, 1);
@@ -137,6 +206,7 @@ void main() {
         sum += (i < last ? 1.0 : i > last ? 0.0 : weight) * both;
     } while (++i <= float(count));
     sum *= span * share / (2.0 * last - 1.0 + 2.0 * weight);
+#endif
 #endif
 #ifdef COVERED
     radiance = sum[0];

@@ -46,6 +46,11 @@ vec3 lobe_axis(Surface s, float alpha) {
 // Radiance of the Earth's light that a surface turns to the viewer [W m-2 sr-1].
 vec4 earth_light(Surface s, Albedo albedo) {
     mat3 to_sky = mat3(sky_from_camera);
+#ifdef MOVING
+    to_sky = mat3(to_sky * light_at(vec3(1.0, 0.0, 0.0), -s.time),
+                  to_sky * light_at(vec3(0.0, 1.0, 0.0), -s.time),
+                  to_sky * light_at(vec3(0.0, 0.0, 1.0), -s.time));
+#endif
     vec2 place = octahedral_place(to_sky * s.n, float(textureSize(sky_irradiance, 0).x));
     vec4 light = s.earth_share * albedo.diffuse / PI * textureLod(sky_irradiance, place, 0.0);
     if (!s.lambertian)

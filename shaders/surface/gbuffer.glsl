@@ -42,8 +42,10 @@ Surface gbuffer_surface(ivec2 at) {
     Surface s;
     s.body = position.xyz;
     mat4 pose = camera_from_body;
+    s.time = 0.0;
 #ifdef MOVING
-    pose = pose_at(seen_time(s.body, vec3(0.0)));
+    s.time = seen_time(s.body, vec3(0.0));
+    pose = pose_at(s.time);
 #endif
     s.place = (pose * vec4(s.body, 1.0)).xyz;
     s.wo = normalize(-s.place);

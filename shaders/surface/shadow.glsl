@@ -74,8 +74,9 @@ Around casters_around(sampler2D tops, SunMap map, Receiver r, float reach, float
     float window = 1.5 * radius + 16.0 + half_lean * above;
     float plane = (abs(r.slope.x) + abs(r.slope.y)) * window + r.slack + 2.0 * window * r.tilt;
     bool dark = level < CONE && low > plane && (high - low) * (reach + 2.0 * half_lean) < 4.0;
-    // The disc spans less than a texel: only the texels smooth the edge.
-    bool near = !dark && high > slack && high * reach < 1.0;
+    // The disc spans less than a texel, and the line to it leans by not much more: only the texels
+    // smooth the edge.
+    bool near = !dark && high > slack && high * max(reach, 1.4 * half_lean) < 1.0;
     return Around(high, dark, near, !dark && !near && high > slack);
 }
 

@@ -32,6 +32,9 @@ vec4 sunlight_at(ivec2 at) {
 // lit : the share of it that passes the casters, per band
 vec4 sun_light(Surface s, vec4 lit) {
     vec3 wi = sun_direction.xyz;
+#ifdef MOVING
+    wi = light_at(wi, s.time);
+#endif
     float facing = disc_cosine(dot(s.n, wi), sun_angular_radius) * past_relief(s, wi);
     // With the Sun's centre below the surface's own horizon disc_cosine has cut the disc already, and
     // no map along the centre's rays can tell more. At most 0.1 % of the full sunlight is left there.

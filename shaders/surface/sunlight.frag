@@ -70,7 +70,9 @@ struct Atlas {
 };
 
 // Chosen rather than indexed: each sample of an indexed block is a load of its own.
-Atlas atlas_of(bool close) {
+//
+// lean : how far the Sun's light moves across it for each metre of height [m]
+Atlas atlas_of(bool close, vec2 lean) {
     // Edge of a texel, top, depth, inset; size, column, column of the bounds, reach.
     vec4 frame = close ? shadow_frame[1] : shadow_frame[0];
     vec4 atlas = close ? shadow_atlas[1] : shadow_atlas[0];
@@ -81,7 +83,7 @@ Atlas atlas_of(bool close) {
     width = 1.0 / vec2(textureSize(sun_slabs, 0));
 #endif
     SunMap map = SunMap(frame.x, frame.y, frame.z, int(atlas.x), int(atlas.y), int(atlas.z), width,
-                        shadow_lean / frame.x, int(shadow_taps));
+                        lean / frame.x, int(shadow_taps));
     return Atlas(map, atlas.w, from_body);
 }
 
@@ -124,13 +126,15 @@ void main() {
 #endif
 #endif
     vec3 wi = sun_direction.xyz;
+    vec2 lean = shadow_lean;
     vec3 body = read_texel(gbuffer_position, at).xyz;
     vec3 n = read_texel(gbuffer_normal_roughness, at).xyz;
     vec3 facet = read_texel(gbuffer_face_normal, at).xyz;
     vec3 place = (camera_from_body * vec4(body, 1.0)).xyz;
     mat3 body_from_camera = transpose(mat3(camera_from_body));
 #ifdef MOVING
-    mat4 pose = pose_at(seen_time(body, vec3(0.0)));
+    float time = seen_time(body, vec3(0.0));
+    mat4 pose = pose_at(time);
     place = (pose * vec4(body, 1.0)).xyz;
     body_from_camera = transpose(mat3(pose));
 #endif
@@ -141,14 +145,18 @@ void main() {
         body_from_camera * place_step(place, facet, sample_steps[0].xyz),
         body_from_camera * place_step(place, facet, sample_steps[1].xyz));
 #ifdef MOVING
-    // The maps have the Sun where the body saw it in the middle of the exposure's part.
-    n = mat3(camera_from_body) * (body_from_camera * n);
-    facet = mat3(camera_from_body) * (body_from_camera * facet);
+    // Seen from the body, in the camera's axes of the middle of the exposure's part.
+    mat3 to_middle = mat3(camera_from_body) * body_from_camera;
+    n = to_middle * n;
+    facet = to_middle * facet;
+    wi = normalize(to_middle * light_at(wi, time));
+    vec3 to_sun = mat3(light_from_camera) * wi;
+    lean = to_sun.xy / to_sun.z;
 #endif
     vec2 inside = (shadow_from_body[1] * vec4(body, 1.0)).xy;
     inside = min(inside, shadow_atlas[1].x - inside);
     bool close = min(inside.x, inside.y) > shadow_frame[1].w;
-    Atlas atlas = atlas_of(close);
+    Atlas atlas = atlas_of(close, lean);
     vec3 here = (atlas.from_body * vec4(body, 1.0)).xyz;
     mat2x3 steps = mat2x3(mat3(atlas.from_body) * body_steps[0], mat3(atlas.from_body) * body_steps[1]);
     // Facets that already face away use the plane of the smooth surface, and those that the light

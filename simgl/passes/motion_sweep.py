@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import moderngl
 import numpy as np
@@ -101,10 +102,21 @@ class Sweep:
         y1 = min(y + height - self.margin[1], self.target_size[1])
         return x0, y0, max(x1 - x0, 0), max(y1 - y0, 0)
 
+    @cached_property
+    def uneven(self) -> bool:
+        """Whether what it shows accelerates."""
+        return self.paths.uneven
+
+    @property
+    def fine(self) -> bool:
+        """Whether places between pixels are told from four of them."""
+        return self.edges and max(self.paths.reach) <= _ONE_STEP
+
     @property
     def steps(self) -> tuple[int, ...]:
         """Places on either side of the middle in the first step, and the chunks of each further."""
-        return _steps(max(self.paths.reach))
+        way = max(self.paths.reach)
+        return (_places(way),) if self.uneven else _steps(way)
 
     def read(self, step: int = 0) -> Box:
         """What a step reads of the snapshot, or of what the step before has made of it."""
@@ -181,22 +193,17 @@ class SweepPass:
             how.apply(self._ctx, into, (0, 0, *into.size), area)
             for texture in seen.textures:
                 _interpolate(texture)
-            fine = sweep.edges and len(steps) == 1
-            program = self._program_for(
-                len(seen.textures), fine=fine, chunks=chunks, over=how is self.lays
-            )
+            defines = ("COVERED",) * (len(seen.textures) > 1) + ("OVER",) * (how is self.lays)
+            defines += ("FINE",) * sweep.fine + ("UNEVEN",) * sweep.uneven + ("CHUNKS",) * chunks
+            program = self._program_for(defines)
             program.draw(_values(span, count), [seen.textures[0], ways, *seen.textures[1:]])
             if not last:
                 seen = between
         ways.release()
 
-    def _program_for(
-        self, snapshots: int, *, fine: bool, chunks: bool, over: bool
-    ) -> FullscreenProgram:
-        defines = ("COVERED",) * (snapshots > 1) + ("FINE",) * fine
-        defines += ("CHUNKS",) * chunks + ("OVER",) * over
+    def _program_for(self, defines: tuple[str, ...]) -> FullscreenProgram:
         if defines not in self._programs:
-            samplers = ["snapshot", "paths"] + ["covered"] * (snapshots > 1)
+            samplers = ["snapshot", "paths"] + ["covered"] * ("COVERED" in defines)
             self._programs[defines] = FullscreenProgram(
                 self._ctx, "motion_sweep/motion_sweep", _SWEEP, samplers, defines
             )

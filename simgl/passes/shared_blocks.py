@@ -75,9 +75,13 @@ SPACECRAFT = Block(
     np.dtype(
         [
             ("camera_from_body", "f4", (4, 4)),
-            # Where it moves: what a time adds to that, and its square (shaders/common/moving.glsl).
+            # Where it moves: what a time, its square and its cube add to that
+            # (shaders/common/moving.glsl).
             ("pose_rate", "f4", (4, 4)),
             ("pose_change", "f4", (4, 4)),
+            ("pose_third", "f4", (4, 4)),
+            # Rotation vector by which a time turns the directions of the light, camera axes [rad].
+            ("light_turn", "f4", 4),
             # Turns directions to the axes of the environment probe.
             ("sky_from_camera", "f4", (4, 4)),
             ("sun_direction", "f4", 4),
@@ -245,6 +249,8 @@ def spacecraft_values(view: SpacecraftView, air: AirBetween | None = None) -> di
         "camera_from_body": view.camera_from_body,
         "pose_rate": _standing if motion is None else motion.rate,
         "pose_change": _standing if motion is None else motion.change,
+        "pose_third": _standing if motion is None else motion.third,
+        "light_turn": np.zeros(4) if motion is None else (*motion.light_turn, 0.0),
         "row_clock": (0.0, 0.0) if motion is None else motion.line,
         "row_curve": _no_curve
         if motion is None or motion.curve is None

@@ -28,15 +28,23 @@ from simgl.view.image_motion import (
     background_motion,
     motion_between,
     spacecraft_motion,
-    turn,
-    turn_in_sunlight,
+    turn_of_bodies,
+    turn_of_camera,
+    turn_of_joints,
 )
 from simgl.view.raster_tiles import rows_of
 from simgl.view.row_clock import RowClock, camera_from_body
 
-# Turn of a body, a joint or the camera against the Sun that is lit as at its middle [rad]. The
-# light then comes from within half a degree of where it should, as from the Sun's own disc.
+# Turn of a body against the Sun that is lit as at its middle, and of a joint [rad]. The light then
+# comes from within half a degree of where it should, as from the Sun's own disc.
 LARGEST_TURN = float(np.radians(1.0))
+# The same of a body whose rows have sunlight and its shadows at their own times: only the light
+# between its surfaces is that of the middle.
+LARGEST_TURN_IN_ROWS = float(np.radians(10.0))
+# And of the camera, for how its turn is told (``row_clock``).
+LARGEST_TURN_OF_CAMERA = float(np.radians(20.0))
+# How far sunlight may lean against the shadow maps that it is looked up in [rad].
+LARGEST_LEAN = float(np.radians(10.0))
 # How far what hides something else moves against it in one snapshot [px].
 LARGEST_STEP = 1.0
 # The longest way along which one snapshot is swept [px].
@@ -44,9 +52,11 @@ LONGEST_WAY = 400.0
 # The same where rows have their own times: the samples of slanting edges leave 0.016 px in each row
 # of a snapshot, and longer ways show other sides of what comes past. Several snapshots even it out.
 LONGEST_WAY_IN_ROWS = 60.0
-# How far the ends of a way in one snapshot may be off an even motion through its middle: so many
+# How far the ends of a way may be off an even motion through its middle to be swept as one: so many
 # pixels in all, or one in so many of the way. A way that turns back is none from end to end.
-_MIN_BEND, _BENDS = 0.25, 4.0
+MIN_BEND, BENDS = 0.25, 4.0
+# The longest way of what is farther off, along which it is swept pixel by pixel [px].
+LONGEST_UNEVEN = 160.0
 # Steps in which the snapshot grows around the image, so that its textures last [px].
 _MARGIN_STEP = 16
 
@@ -63,6 +73,8 @@ class ExposurePart:
     row_time : from a row to the next; 0 where all rows see the state itself [s]
     rows : None where all rows see the state itself
     before, after : states at the times of the first and the last row's outer edges
+    shadows : the state that the shadow maps are drawn for; None for the part's own
+    shadow_turn : spacecraft turn by so much against the Sun between that and what is seen [rad]
     """
 
     name: str
@@ -75,6 +87,8 @@ class ExposurePart:
     rows: RowClock | None = None
     before: SceneState | None = None
     after: SceneState | None = None
+    shadows: SceneState | None = None
+    shadow_turn: float = 0.0
 
     def camera_of(self, state: SceneState) -> CameraState:
         """The camera in one of the states."""
@@ -117,6 +131,7 @@ class MovingScene:
     count : of the snapshots of spacecraft
     blurs : whether these are swept; whether what is behind them is, and from how many snapshots
     rows : of the parts of the image that are drawn apart; none where rows need not be told apart
+    turned : how far spacecraft turn against the Sun during all of it [rad]
     """
 
     camera: Camera
@@ -127,6 +142,7 @@ class MovingScene:
     blurs: bool
     behind_count: int
     rows: tuple[RowClock, ...]
+    turned: float
 
     def snapshots(self) -> Iterator[tuple[ExposurePart, ...]]:
         """What is drawn of the spacecraft for each snapshot, one part beside the other."""
@@ -143,6 +159,7 @@ class MovingScene:
             half = 0.5 * (clock.end - clock.first) * row_time
         span = half + 0.5 * length
         state = self.at(middle)
+        shadows, shadow_turn = self._shadows(middle, half)
         return ExposurePart(
             name=self.camera.name,
             state=state,
@@ -154,7 +171,25 @@ class MovingScene:
             rows=clock,
             before=None if clock is None else self.at(middle - half),
             after=None if clock is None else self.at(middle + half),
+            shadows=shadows,
+            shadow_turn=shadow_turn,
         )
+
+    def _shadows(self, moment: float, half: float) -> tuple[SceneState | None, float]:
+        """The state that shadow maps for so much time around a moment are drawn for, and the turn
+        from there.
+
+        Maps cost more than all else where a spacecraft turns: parts that turn by little share them.
+        """
+        length = duration(self.camera)
+        in_part = 2.0 * half / length * self.turned
+        step = max(2.0 * LARGEST_LEAN - in_part, LARGEST_TURN)
+        count = int(np.ceil(self.turned / step))
+        if count == 0 or (self.count == 1 and len(self.rows) < 2):
+            return None, 0.5 * in_part
+        place = np.clip(np.floor((moment / length + 0.5) * count), 0, count - 1)
+        middle = ((place + 0.5) / count - 0.5) * length
+        return self.at(middle), 0.5 * (self.turned / count + in_part)
 
     def behind(self) -> Iterator[BackgroundPart]:
         """What is swept behind them; none where the epoch is enough."""
@@ -209,16 +244,25 @@ def moving_scene(
         drawn = _with_margin(camera, np.minimum(ways, max(blur, behind)))
     rows: tuple[RowClock, ...] = ()
     if lean > LEAN:
-        turned = sum(turn(state, end, name) for end in ends) * read_out(camera) / duration(camera)
+        seen = read_out(camera) / duration(camera)
+        turns = seen * sum(
+            max(
+                turn_of_bodies(state, end) / LARGEST_TURN_IN_ROWS,
+                turn_of_joints(state, end) / LARGEST_TURN,
+                turn_of_camera(state, end, name) / LARGEST_TURN_OF_CAMERA,
+            )
+            for end in ends
+        )
         states = tuple(_seen_by(one, name, drawn) for one in (state, *ends))
-        rows = _rows(drawn, _rows_used(states, name), turned, lean)
+        rows = _rows(drawn, _rows_used(states, name), turns, lean)
     snapshots = 1.0
+    turned = sum(turn_of_bodies(state, end) for end in ends)
     if blurs:
-        turned = sum(turn_in_sunlight(state, end) for end in ends) * exposed
+        lit = exposed * max(turned, sum(turn_of_joints(state, end) for end in ends))
         against = sum(motion_between(state, end, name) for end in ends) * exposed
         longest = LONGEST_WAY_IN_ROWS if rows else LONGEST_WAY
         uneven = _uneven((ends[0], state, ends[1]), name, exposed)
-        snapshots = max(turned / LARGEST_TURN, blur / longest, against / LARGEST_STEP, uneven)
+        snapshots = max(lit / LARGEST_TURN, blur / longest, against / LARGEST_STEP, uneven)
     return MovingScene(
         camera=camera,
         drawn=drawn,
@@ -231,6 +275,7 @@ def moving_scene(
         blurs=blurs,
         behind_count=int(np.clip(np.ceil(behind / LONGEST_WAY), 1, MAX_PARTS)) * moves_behind,
         rows=rows,
+        turned=turned,
     )
 
 
@@ -267,12 +312,13 @@ def _ways_in(states: tuple[SceneState, SceneState, SceneState], name: str) -> Ar
             return np.full(2, np.inf)
         first, middle, last = outlines
         if np.any((middle < 0.0) | (middle > size)):
-            ways = np.maximum(ways, np.abs(last - first).max(axis=0))
+            for end in (first, last):
+                ways = np.maximum(ways, 2.0 * np.abs(end - middle).max(axis=0))
     return ways
 
 
 def _uneven(states: tuple[SceneState, SceneState, SceneState], name: str, exposed: float) -> float:
-    """How many snapshots it takes until spacecraft move nearly evenly in each.
+    """How many snapshots it takes until spacecraft move nearly evenly in each, or not far.
 
     states : from the start to the end
     exposed : share of that time in which a row sees them
@@ -283,7 +329,9 @@ def _uneven(states: tuple[SceneState, SceneState, SceneState], name: str, expose
         bend = exposed**2 * np.abs(last + first - 2.0 * middle).max()
         way = exposed * np.abs((last - first).mean(axis=0)).max()
         if np.isfinite(bend):
-            count = max(count, min(np.sqrt(bend / _MIN_BEND), _BENDS * bend / max(way, 1e-6)))
+            longest = 2.0 * exposed * max(np.abs(end - middle).max() for end in (first, last))
+            even = min(np.sqrt(bend / MIN_BEND), BENDS * bend / max(way, 1e-6))
+            count = max(count, min(even, longest / LONGEST_UNEVEN))
     return float(count)
 
 
@@ -325,18 +373,16 @@ def _rows_used(states: tuple[SceneState, ...], name: str) -> tuple[int, int]:
     return first, end
 
 
-def _rows(
-    camera: Camera, used: tuple[int, int], turned: float, lean: float
-) -> tuple[RowClock, ...]:
-    """The rows in parts, in each of which nothing turns by more than ``LARGEST_TURN``.
+def _rows(camera: Camera, used: tuple[int, int], turns: float, lean: float) -> tuple[RowClock, ...]:
+    """The rows in parts, in each of which nothing turns too far.
 
     used : rows that spacecraft may touch
-    turned, lean : over all rows of the image [rad, px]; there are no more parts than half pixels of
-        motion
+    turns : in so many steps all rows of the image may be drawn
+    lean : over all rows of the image [px]; there are no more parts than half pixels of motion
     """
     first, end = used
     share = (end - first) / camera.detector.height
     largest = min(np.ceil(PARTS_PER_PIXEL * lean), MAX_PARTS, end - first)
-    count = int(np.clip(np.ceil(turned * share / LARGEST_TURN), 1, largest))
+    count = int(np.clip(np.ceil(turns * share), 1, largest))
     edges = np.round(np.linspace(first, end, count + 1)).astype(int)
     return tuple(RowClock(low, high) for low, high in pairwise(edges.tolist()))

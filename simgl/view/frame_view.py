@@ -23,7 +23,7 @@ from simgl.view.exposure_parts import ExposurePart
 from simgl.view.lamp_views import LampView, lamp_views
 from simgl.view.raster_tiles import RasterTile, pixel_centre_tile, raster_tiles
 from simgl.view.row_clock import RowClock, pose_motion
-from simgl.view.spacecraft_view import SpacecraftView, spacecraft_views
+from simgl.view.spacecraft_view import ShadowsOf, SpacecraftView, spacecraft_views
 from simgl.view.tile_parts import parts
 
 Gather = Literal["vertex", "pixel"]
@@ -135,7 +135,13 @@ def frame_view(
         camera = _through(placed, seen)
         # Rays from every sample find the others by themselves.
         near = between_spacecraft and gather == "vertex"
-        views = spacecraft_views(state, camera, inter_reflection, between_spacecraft=near)
+        shadows = None
+        if part is not None and part.shadows is not None:
+            lit = _through(part.shadows.cameras[camera_name], seen)
+            shadows = ShadowsOf(state=part.shadows, camera=lit, turn=part.shadow_turn)
+        views = spacecraft_views(
+            state, camera, inter_reflection, between_spacecraft=near, shadows=shadows
+        )
         if part is not None and rows is not None:
             views = [_moving(view, part, rows, real, seen) for view in views]
         lamps = lamp_views(state, camera)

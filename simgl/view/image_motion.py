@@ -32,20 +32,26 @@ def background_motion(first: SceneState, second: SceneState, camera: str) -> flo
     return a.camera.focal_length_px * moved
 
 
-def turn(first: SceneState, second: SceneState, camera: str) -> float:
-    """Largest angle by which a body, a joint or the camera turns against the stars [rad]."""
+def turn_of_camera(first: SceneState, second: SceneState, camera: str) -> float:
+    """Angle by which it turns against the stars [rad]."""
     a, b = first.cameras[camera], second.cameras[camera]
-    turned = _angle(b.R_camera_from_icrf @ a.R_camera_from_icrf.T)
-    return max(turned, turn_in_sunlight(first, second))
+    return _angle(b.R_camera_from_icrf @ a.R_camera_from_icrf.T)
 
 
-def turn_in_sunlight(first: SceneState, second: SceneState) -> float:
-    """Largest angle by which a body or a joint turns against the stars [rad]."""
+def turn_of_bodies(first: SceneState, second: SceneState) -> float:
+    """Largest angle by which a body turns against the stars [rad]."""
     turned = [0.0]
     for name, before in first.bodies.items():
         after = second.bodies[name]
         turned.append(_angle(after.pose.R_icrf_from_body @ before.pose.R_icrf_from_body.T))
-        turned += [_angle(m[:3, :3]) for m in joints_moved(before.model, after.model)]
+    return max(turned)
+
+
+def turn_of_joints(first: SceneState, second: SceneState) -> float:
+    """Largest angle by which a joint turns its parts against their body [rad]."""
+    turned = [0.0]
+    for name, before in first.bodies.items():
+        turned += [_angle(m[:3, :3]) for m in joints_moved(before.model, second.bodies[name].model)]
     return max(turned)
 
 

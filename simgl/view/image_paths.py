@@ -17,7 +17,13 @@ from simgl.motion.joints import relative_motion
 from simgl.rays import ray_tracer
 from simgl.scene.posed_mesh import PosedMesh, groups_of_parts
 from simgl.scene.state import CameraState, EarthState
-from simgl.view.exposure_parts import BackgroundPart, ExposurePart
+from simgl.view.exposure_parts import (
+    BENDS,
+    LONGEST_UNEVEN,
+    MIN_BEND,
+    BackgroundPart,
+    ExposurePart,
+)
 from simgl.view.row_clock import camera_from_body
 
 # Nodes along the longer edge of a grid, and the least distance between them [px].
@@ -46,9 +52,21 @@ class ImagePaths:
 
     @property
     def reach(self) -> tuple[float, float]:
-        """The longest ways along x and y during an exposure time [px]."""
-        longest = np.abs(self.nodes[..., :2]).max(axis=(0, 1))
+        """Twice the longest ways along x and y from the middle of an exposure time to its ends
+        [px]."""
+        ways = np.abs(self.nodes[..., :2]) + 0.5 * np.abs(self.nodes[..., 2:])
+        longest = ways.max(axis=(0, 1))
         return float(longest[0]), float(longest[1])
+
+    @property
+    def uneven(self) -> bool:
+        """Whether anything is far off an even motion through its middle, and goes not too far to be
+        swept pixel by pixel."""
+        if max(self.reach) > LONGEST_UNEVEN:
+            return False
+        way = np.hypot(*np.moveaxis(self.nodes[..., :2], -1, 0))
+        bend = 0.5 * np.hypot(*np.moveaxis(self.nodes[..., 2:], -1, 0))
+        return bool(((bend > MIN_BEND) & (BENDS * bend > way)).any())
 
     def shortened(self, square: float) -> ImagePaths:
         """Ways whose squares are less by so much [px^2], 0 at least."""

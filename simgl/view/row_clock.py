@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from simgl.arrays import Array
 from simgl.camera.camera import Camera
@@ -63,7 +64,10 @@ class RowClock:
 class PoseMotion:
     """How a spacecraft moves before the camera during a part of an exposure.
 
-    pose, rate, change : (4, 4), camera_from_body is pose + time (rate + time change)
+    pose, rate, change, third : (4, 4), camera_from_body is pose + time (rate + time (change + time
+        third))
+    light_turn : (3,) rotation vector, camera axes: by so much a time turns directions that stand
+        still in space [rad]
     line : slope and offset of a row's time over y / z of its lines of sight, by a pinhole
     curve : coefficients of the time as ``row_curve`` has those of the row; None for a pinhole
     joint_rates : (groups, 4, 4) rate of places of the rigid groups, body axes; None where no joint
@@ -76,6 +80,8 @@ class PoseMotion:
     pose: Array
     rate: Array
     change: Array
+    third: Array
+    light_turn: Array
     line: tuple[float, float]
     curve: Array | None
     joint_rates: Array | None
@@ -96,7 +102,7 @@ class PoseMotion:
 
     def at(self, time: float) -> Array:
         """(4, 4) camera_from_body at a time."""
-        return self.pose + time * (self.rate + time * self.change)
+        return self.pose + time * (self.rate + time * (self.change + time * self.third))
 
     def sag(self, camera: Camera, extent: float) -> float:
         """How far an outline may bulge between points of it that are far apart [px].
@@ -108,15 +114,14 @@ class PoseMotion:
 
     def row_times(self, places: Array) -> Array:
         """(n,) when the rows are exposed that places (n, 3), body axes [m], are seen in then."""
-        body = np.column_stack([places, np.ones(len(places))])
-        still, rate, change = (body @ m[:3].T for m in (self.pose, self.rate, self.change))
+        still, rate, change, third = self._of(places)
         slope, offset = self.line
         times = np.zeros(len(places))
         for _ in range(_STEPS):
             t = times[:, None]
-            places_seen = still + t * (rate + t * change)
+            places_seen = still + t * (rate + t * (change + t * third))
             _, y, z = places_seen.T
-            _, v, w = (rate + 2.0 * t * change).T
+            _, v, w = (rate + t * (2.0 * change + 3.0 * t * third)).T
             z = np.maximum(z, 1e-3)
             runs = 1.0 - slope * (v * z - y * w) / (z * z)
             seen = slope * y / z + offset
@@ -129,9 +134,13 @@ class PoseMotion:
     def moved(self, places: Array) -> Array:
         """(n, 3) places, body axes [m], each at its row's own time, camera axes [m]."""
         t = self.row_times(places)[:, None]
+        still, rate, change, third = self._of(places)
+        return np.asarray(still + t * (rate + t * (change + t * third)))
+
+    def _of(self, places: Array) -> list[Array]:
+        """What places (n, 3), body axes, are in camera axes: (n, 3) for each power of the time."""
         body = np.column_stack([places, np.ones(len(places))])
-        still, rate, change = (body @ m[:3].T for m in (self.pose, self.rate, self.change))
-        return np.asarray(still + t * (rate + t * change))
+        return [body @ m[:3].T for m in (self.pose, self.rate, self.change, self.third)]
 
 
 def camera_from_body(camera: CameraState, body: BodyState) -> Array:
@@ -154,8 +163,7 @@ def pose_motion(
         pinhole's
     seen : through that part's pinhole
     """
-    before, pose, after = (camera_from_body(*one) for one in seen)
-    rate, change = 0.5 * (after - before), 0.5 * (after + before) - pose
+    pose, (rate, change, third) = camera_from_body(*seen[1]), _powers(seen)
     meshes = [body.model.posed_mesh for _, body in seen]
     joint_rates = _joint_rates(*meshes)
     nearest = _nearest(pose, meshes[1])
@@ -175,6 +183,8 @@ def pose_motion(
         pose=pose,
         rate=rate,
         change=change,
+        third=third,
+        light_turn=_Turn.through([one.R_camera_from_icrf for one, _ in seen]).rate,
         line=clock.line(camera if field is None else field.pinhole),
         curve=None if field is None else clock.curve(camera, field),
         joint_rates=joint_rates,
@@ -182,6 +192,53 @@ def pose_motion(
         bulge=bulge,
         bend=straight * nearest / camera.focal_length_px,
     )
+
+
+@dataclass(frozen=True)
+class _Turn:
+    """A turn (3, 3) through three at the times -1, 0 and 1, about axes that change evenly.
+
+    rate, change : rotation vector of a time, and of its square [rad]
+    """
+
+    middle: Array
+    rate: Array
+    change: Array
+
+    @classmethod
+    def through(cls, turns: Sequence[Array]) -> _Turn:
+        before, middle, after = turns
+        back, on = (Rotation.from_matrix(R @ middle.T).as_rotvec() for R in (before, after))
+        return cls(middle, 0.5 * (on - back), 0.5 * (on + back))
+
+    def at(self, time: float) -> Array:
+        vector = time * (self.rate + time * self.change)
+        return np.asarray(Rotation.from_rotvec(vector).as_matrix() @ self.middle)
+
+
+def _powers(seen: Sequence[tuple[CameraState, BodyState]]) -> tuple[Array, Array, Array]:
+    """What the time, its square and its cube add to a body's pose before a camera, (4, 4) each.
+
+    Fitted, as both turn, from -1 to 1: of turns of 30 deg the next powers leave 5e-5 rad.
+    """
+    turns = _Turn.through([camera.R_camera_from_icrf for camera, _ in seen])
+    of_body = _Turn.through([body.pose.R_icrf_from_body for _, body in seen])
+    first, offset, last = (body.pose.position - camera.position for camera, body in seen)
+    speed, bend = 0.5 * (last - first), 0.5 * (last + first) - offset
+
+    def at(time: float) -> Array:
+        matrix = np.eye(4)
+        matrix[:3, :3] = of_body.at(time)
+        matrix[:3, 3] = offset + time * (speed + time * bend)
+        turn = np.eye(4)
+        turn[:3, :3] = turns.at(time)
+        return np.asarray(turn @ matrix)
+
+    # Odd and even parts at half the time and at its end.
+    odd = [0.5 * (at(t) - at(-t)) for t in (0.5, 1.0)]
+    even = [0.5 * (at(t) + at(-t)) - at(0.0) for t in (0.5, 1.0)]
+    third = (odd[1] - 2.0 * odd[0]) / 0.75
+    return odd[1] - third, (even[1] + 0.25 * even[0]) / (1.0 + 0.25**2), third
 
 
 def _joint_rates(before: PosedMesh, mesh: PosedMesh, after: PosedMesh) -> Array | None:

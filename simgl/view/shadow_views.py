@@ -145,21 +145,44 @@ class _Near:
         return float(self.centre[2]) + 1.01 * self.radius
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TurnedFrom:
+    """For what else the maps of a body that turns in sunlight are drawn.
+
+    sun_body : (3,) unit, towards the light then
+    body_from_camera : (4, 4) then
+    turn : the light comes from within so much of that [rad]
+    """
+
+    sun_body: Array
+    body_from_camera: Array
+    turn: float
+
+
 def shadow_view(
-    state: SceneState, body: BodyState, camera: Camera, sun: SunSeen, body_from_camera: Array
+    state: SceneState,
+    body: BodyState,
+    camera: Camera,
+    sun: SunSeen,
+    body_from_camera: Array,
+    others: TurnedFrom | None = None,
 ) -> ShadowView:
     """The maps that one spacecraft needs in an image.
 
     sun : its main light, Sun or Moon; the map is empty where that gives no light
     body_from_camera : (4, 4)
+    others : what shares these maps; None for nothing
     """
     sunlit = bool(sun.irradiance.any())
     sun_body = body.pose.R_icrf_from_body.T @ sun.direction_icrf
     radius = _coarse(sun.angular_radius)
     step = _DIRECTION_STEP * radius
-    nearest, next_nearest = _grid_directions(sun_body, step)
+    drawn_for, turn = sun_body, 0.0
+    if others is not None:
+        drawn_for, turn, body_from_camera = others.sun_body, others.turn, others.body_from_camera
+    nearest, next_nearest = _grid_directions(drawn_for, step)
     # Light reaches a receiver through a cone: casters lie as far outside as the cone is wide.
-    cone = float(np.tan(radius + step / np.sqrt(2.0)))
+    cone = float(np.tan(radius + step / np.sqrt(2.0) + turn))
     R_light = _light_axes(nearest)
     mesh = body.model.posed_mesh
     # The same for all directions of the Sun.

@@ -17,7 +17,7 @@ from simgl.view.aerial_perspective import AirSegment, air_between
 from simgl.view.background import SkyView, sky_view
 from simgl.view.near_spacecraft import NearGroup, near_groups
 from simgl.view.row_clock import PoseMotion, camera_from_body
-from simgl.view.shadow_views import ShadowView, shadow_view
+from simgl.view.shadow_views import ShadowView, TurnedFrom, shadow_view
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -62,6 +62,30 @@ class SpacecraftView:
         return matrix
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ShadowsOf:
+    """A state whose shadow maps others share.
+
+    camera : then
+    turn : their light comes from within so much of what it does then, body axes [rad]
+    """
+
+    state: SceneState
+    camera: CameraState
+    turn: float
+
+    def of(self, name: str) -> TurnedFrom:
+        """For one of the spacecraft."""
+        body = self.state.bodies[name]
+        sun = self.state.direct_light(body.pose.position).main
+        inverse = np.linalg.inv(camera_from_body(self.camera, body))
+        return TurnedFrom(
+            sun_body=body.pose.R_icrf_from_body.T @ sun.direction_icrf,
+            body_from_camera=np.asarray(inverse, dtype=np.float64),
+            turn=self.turn,
+        )
+
+
 def _float32(values: Array) -> Array32:
     return np.asarray(values, dtype=np.float32)
 
@@ -93,11 +117,13 @@ def spacecraft_views(
     inter_reflection: bool,
     *,
     between_spacecraft: bool = False,
+    shadows: ShadowsOf | None = None,
 ) -> list[SpacecraftView]:
     """All spacecraft that the Earth does not hide from the camera.
 
     inter_reflection : with the light between the surfaces of each
     between_spacecraft : and that between those near to each other
+    shadows : whose shadow maps they have; None for their own
 
     Raises ConfigError where the camera is inside a body.
     """
@@ -123,7 +149,14 @@ def spacecraft_views(
                 sky=sky_view(state, name, body),
                 incident_light=incident_light(state, body) if inter_reflection else None,
                 near=groups.get(name),
-                shadow=shadow_view(state, body, camera.camera, sun, body_from_camera),
+                shadow=shadow_view(
+                    state,
+                    body,
+                    camera.camera,
+                    sun,
+                    body_from_camera,
+                    None if shadows is None else shadows.of(name),
+                ),
                 air=air_between(state, camera.position, body.pose.position),
             )
         )

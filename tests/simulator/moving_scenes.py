@@ -9,7 +9,7 @@ import moderngl
 import numpy as np
 
 from simgl.arrays import Array
-from simgl.physics.frames import rotation_about
+from simgl.physics.frames import rotation_about, unit
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState
 from simgl.simulator import Product, Simulator
@@ -40,14 +40,20 @@ def craft(samples: int = 60, **camera: object) -> Scenario:
     )
 
 
-def turning(one: Scenario, angle: float, *, camera: bool = False) -> Motion:
+def turning(
+    one: Scenario,
+    angle: float,
+    *,
+    camera: bool = False,
+    axis: tuple[float, float, float] = (0.2, 0.3, 0.9),
+) -> Motion:
     """The craft, or the camera, turns by an angle [rad] while the rows are read out."""
     rest = one.at(one.epoch_tai_ns)
     look, body = rest.cameras["cam"], rest.bodies["craft"]
-    axis = np.array([0.2, 0.3, 0.9]) / np.linalg.norm([0.2, 0.3, 0.9])
+    about = unit(axis)
 
     def at(tai_ns: int) -> SceneState:
-        R = rotation_about(axis, angle * (tai_ns - one.epoch_tai_ns) * 1e-9 / READ_OUT)
+        R = rotation_about(about, angle * (tai_ns - one.epoch_tai_ns) * 1e-9 / READ_OUT)
         if camera:
             turned = replace(look, R_camera_from_icrf=look.R_camera_from_icrf @ R)
             return replace(rest, tai_ns=tai_ns, cameras={"cam": turned})

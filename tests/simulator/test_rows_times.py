@@ -7,12 +7,22 @@ from dataclasses import replace
 import moderngl
 import numpy as np
 import pytest
+import trimesh
 
+from simgl.model_files.model_from_mesh import model_from_mesh
 from simgl.passes.visibility import VisibilityPass
 from simgl.scenario.scenario import Scenario
+from simgl.scene.materials import Material
+from simgl.scene.spacecraft import SpacecraftModel
+from simgl.scene.state import SceneState
 from simgl.simulator import Simulator
+from tests.scenes import scene
+from tests.simulator.blurred_scenes import box, moving
 from tests.simulator.moving_scenes import (
+    BOX,
+    CAMERA,
     READ_OUT,
+    ROW_TIME,
     Motion,
     craft,
     drifting,
@@ -61,6 +71,43 @@ def test_rows_that_a_lens_bends_see_what_moves_at_their_own_time(
     assert np.sqrt(np.mean(np.square(errors))) < 0.02
 
 
+def tower() -> SpacecraftModel:
+    """A tower on a plate."""
+    plate, post = (trimesh.creation.box(size) for size in ((2.2, 2.6, 0.2), (0.3, 0.3, 1.6)))
+    places = np.concatenate([plate.vertices, post.vertices])
+    triangles = np.concatenate([plate.faces, post.faces + len(plate.vertices)])
+    grey = Material(name="grey", reflectance=(0.5,) * 4, roughness=1.0)
+    return model_from_mesh((places, triangles), materials=[grey], double_sided=False)
+
+
+@pytest.mark.parametrize("camera", [False, True])
+def test_rows_have_the_light_of_their_own_times(gl: moderngl.Context, camera: bool) -> None:
+    """As a tower on a plate, or the camera, turns by 11 deg: shadows move by 3 px against those of
+    the middle row, and the plate's light changes by 5 %."""
+    one = scene(
+        {"craft": {"model": BOX, "position_icrf_m": [0, 0, 0]}},
+        CAMERA | {"width_px": 96, "position_icrf_m": [0, 0, 9.0], "focal_length_px": 312.0},
+        sun_direction=(0.3, 0.8, 0.5),
+        render={"samples_per_pixel": 16},
+    )
+    turns, model = (
+        turning(one, np.radians(11.0), camera=camera, axis=(1.0 * camera, 0.3, 1.0 - camera)),
+        tower(),
+    )
+
+    def during(tai_ns: int) -> SceneState:
+        state = turns(tai_ns)
+        return replace(state, bodies={"craft": replace(state.bodies["craft"], model=model)})
+
+    with Simulator(one, gl) as simulator:
+        image = electrons(simulator, during(one.epoch_tai_ns), during)
+        for row in (25, 40, 64, 88, 103):
+            time = one.epoch_tai_ns + round(1e9 * (row - 63.5) * ROW_TIME)
+            still = electrons(simulator, during(time), None)[row]
+            # The samples of edges.
+            assert np.abs(image[row] - still).mean() <= 0.005 * still.max()
+
+
 def count_drawings(
     gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch, one: Scenario, during: Motion
 ) -> int:
@@ -82,9 +129,12 @@ def test_what_moves_across_the_rows_is_drawn_once(
 ) -> None:
     one = craft(5)
     assert count_drawings(gl, monkeypatch, one, drifting(one, 100.0)) == 1
-    assert count_drawings(gl, monkeypatch, one, turning(one, np.radians(0.9))) == 1
-    # Lit anew for each degree of 6 deg over the rows that it fills, 90 of 128 and some around.
-    assert 4 <= count_drawings(gl, monkeypatch, one, turning(one, np.radians(6.0))) <= 6
+    assert count_drawings(gl, monkeypatch, one, turning(one, np.radians(9.0))) == 1
+    slew = turning(one, np.radians(9.0), camera=True)
+    assert count_drawings(gl, monkeypatch, one, slew) == 1
+    # The light between its surfaces is made anew for each 10 deg of 25 over the rows that it fills,
+    # 90 of 128 and some around.
+    assert 2 <= count_drawings(gl, monkeypatch, one, turning(one, np.radians(25.0))) <= 3
 
 
 def test_a_blur_is_drawn_once_where_the_light_stays(
@@ -92,11 +142,12 @@ def test_a_blur_is_drawn_once_where_the_light_stays(
 ) -> None:
     one, short = craft(5, exposure_time_s=READ_OUT), craft(5)
     assert count_drawings(gl, monkeypatch, one, drifting(one, 20.0)) == 1
-    # 5.5 deg within the exposure, in steps of 1 deg, of the rows that turn by as much and are
-    # drawn in as many parts.
+    # It turns back, 80 px on.
+    assert count_drawings(gl, monkeypatch, box(), moving(box(), more=40.0)) == 1
+    # 5.5 deg within the exposure, in steps of 1 deg, of all rows at once.
     turned = count_drawings(gl, monkeypatch, one, turning(one, np.radians(5.5)))
     parts = count_drawings(gl, monkeypatch, short, turning(short, np.radians(5.5)))
-    assert turned == 6 * parts
+    assert (turned, parts) == (6, 1)
 
 
 def test_a_moving_image_depends_on_no_earlier_one(gl: moderngl.Context) -> None:
