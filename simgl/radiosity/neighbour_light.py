@@ -92,7 +92,7 @@ class MutualLight:
     ) -> None:
         self._bodies, self._more = bodies, more
         self._skies = [one.sky for one in isolated]
-        self._own = [one.exitance for one in isolated]
+        self._undisturbed = [one.exitance for one in isolated]
         self._arriving = [
             (way.pair.receiver, np.float32(way.pair.weight), way.posed, light)
             for way, light in zip(ways, sent, strict=True)
@@ -105,7 +105,7 @@ class MutualLight:
         hidden = np.zeros(len(places), dtype=np.float32)
         sky = self._skies[number]
         cells = None if sky is None else sky_cells(sky).mean(axis=1)
-        leaving = self._own[number] + self._more[number]
+        leaving = self._undisturbed[number] + self._more[number]
         for receiver, weight, posed, sent in self._arriving:
             if receiver != number:
                 continue

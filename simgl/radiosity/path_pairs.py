@@ -1,5 +1,8 @@
-"""Points of one spacecraft and clusters of another that see each other, and how much of the light
-that leaves a cluster comes to a point."""
+"""Points of one spacecraft and clusters of another that see each other.
+
+Of the light that leaves a cluster, how much comes to a point follows from its share of the
+hemisphere there.
+"""
 
 from __future__ import annotations
 
