@@ -40,7 +40,7 @@ from simgl.view.row_clock import RowClock, camera_from_body
 LARGEST_TURN = float(np.radians(1.0))
 # The same of a body whose rows have sunlight and its shadows at their own times: only the light
 # between its surfaces is that of the middle.
-LARGEST_TURN_IN_ROWS = float(np.radians(10.0))
+LARGEST_TURN_IN_ROWS = float(np.radians(8.0))
 # And of the camera, for how its turn is told (``row_clock``).
 LARGEST_TURN_OF_CAMERA = float(np.radians(20.0))
 # How far sunlight may lean against the shadow maps that it is looked up in [rad].
