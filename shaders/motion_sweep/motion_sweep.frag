@@ -112,6 +112,10 @@ Seen uneven(vec2 place, vec2 way, vec2 curve, float span) {
     vec2 ends = half_span * (rate * vec2(-1.0, 1.0) - bend * half_span);
     float top = turns * (rate - turns * bend);
     float level = floor(min(ends.x, ends.y)), last = ceil(max(top, max(ends.x, ends.y)));
+    // Only as far as there is something to read.
+    vec2 full = forwards * ((upright ? place.yy : place.xx) - (upright ? filled.yw : filled.xz));
+    level = max(level, floor(min(full.x, full.y)));
+    last = min(last, ceil(max(full.x, full.y)));
     vec2 low = times_at(level - 1.0, rate, bend, half_span, turns);
     vec2 middle = times_at(level, rate, bend, half_span, turns);
     Seen sum = Seen(0.0);

@@ -21,6 +21,8 @@ _SWEEP = Block(
     30,
     np.dtype(
         [
+            # Left, upper, right and lower edge of what is filled of the snapshot [px].
+            ("filled", "f4", 4),
             # Of the snapshot around what is drawn from it [px].
             ("margin", "f4", 2),
             # Of the first node of the paths, and from a node to the next [px].
@@ -218,7 +220,9 @@ class SweepPass:
 
 def _values(sweep: Sweep, count: int) -> dict[str, object]:
     paths, span = sweep.paths, sweep.span
+    x, y, width, height = sweep.filled
     return {
+        "filled": (x, y, x + width, y + height),
         "margin": sweep.margin,
         "nodes_origin": paths.origin,
         "nodes_step": paths.step,

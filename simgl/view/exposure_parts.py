@@ -40,7 +40,7 @@ from simgl.view.row_clock import RowClock, camera_from_body
 LARGEST_TURN = float(np.radians(1.0))
 # The same of a body whose rows have sunlight and its shadows at their own times: only the light
 # between its surfaces is that of the middle.
-LARGEST_TURN_IN_ROWS = float(np.radians(10.0))
+LARGEST_TURN_IN_ROWS = float(np.radians(8.0))
 # And of the camera, for how its turn is told (``row_clock``).
 LARGEST_TURN_OF_CAMERA = float(np.radians(20.0))
 # How far sunlight may lean against the shadow maps that it is looked up in [rad].
@@ -159,7 +159,7 @@ class MovingScene:
             half = 0.5 * (clock.end - clock.first) * row_time
         span = half + 0.5 * length
         state = self.at(middle)
-        shadows, shadow_turn = self._shadows(middle, half)
+        shadows, shadow_turn = self._shadows(state, middle, half)
         return ExposurePart(
             name=self.camera.name,
             state=state,
@@ -175,18 +175,22 @@ class MovingScene:
             shadow_turn=shadow_turn,
         )
 
-    def _shadows(self, moment: float, half: float) -> tuple[SceneState | None, float]:
+    def _shadows(
+        self, state: SceneState, moment: float, half: float
+    ) -> tuple[SceneState | None, float]:
         """The state that shadow maps for so much time around a moment are drawn for, and the turn
         from there.
 
         Maps cost more than all else where a spacecraft turns: parts that turn by little share them.
+
+        state : at the moment
         """
         length = duration(self.camera)
         in_part = 2.0 * half / length * self.turned
+        if self.count == 1 and len(self.rows) < 2:
+            return (state if in_part > 0.0 else None), 0.5 * in_part
         step = max(2.0 * LARGEST_LEAN - in_part, LARGEST_TURN)
-        count = int(np.ceil(self.turned / step))
-        if count == 0 or (self.count == 1 and len(self.rows) < 2):
-            return None, 0.5 * in_part
+        count = max(int(np.ceil(self.turned / step)), 1)
         place = np.clip(np.floor((moment / length + 0.5) * count), 0, count - 1)
         middle = ((place + 0.5) / count - 0.5) * length
         return self.at(middle), 0.5 * (self.turned / count + in_part)

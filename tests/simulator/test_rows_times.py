@@ -129,12 +129,12 @@ def test_what_moves_across_the_rows_is_drawn_once(
 ) -> None:
     one = craft(5)
     assert count_drawings(gl, monkeypatch, one, drifting(one, 100.0)) == 1
-    assert count_drawings(gl, monkeypatch, one, turning(one, np.radians(9.0))) == 1
+    assert count_drawings(gl, monkeypatch, one, turning(one, np.radians(7.0))) == 1
     slew = turning(one, np.radians(9.0), camera=True)
     assert count_drawings(gl, monkeypatch, one, slew) == 1
-    # The light between its surfaces is made anew for each 10 deg of 25 over the rows that it fills,
+    # The light between its surfaces is made anew for each 8 deg of 17 over the rows that it fills,
     # 90 of 128 and some around.
-    assert 2 <= count_drawings(gl, monkeypatch, one, turning(one, np.radians(25.0))) <= 3
+    assert 2 <= count_drawings(gl, monkeypatch, one, turning(one, np.radians(17.0))) <= 3
 
 
 def test_a_blur_is_drawn_once_where_the_light_stays(
