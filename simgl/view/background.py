@@ -32,9 +32,11 @@ from simgl.view.celestial import CelestialView, EarthCone, ImageCone, celestial
 # daylight, comes out within 5 %; the light of a Lambertian Earth along the limb within 1 % or
 # 0.0015 W m-2.
 SKY_TEXELS, TERMINATOR_TEXELS, LIMB_TEXELS = 64, 128, 256
-# From the horizontal, of a Sun that is high, of one that lights little but the limb, and, past the
-# limb, of one that leaves even high air dark [rad].
-_HIGH_SUN, _LIMB_SUN, _TWILIGHT = np.radians(5.0), np.radians(-9.0), np.radians(10.0)
+# From the horizontal, of a Sun that is high, and, past the limb, of one that leaves even high air
+# dark [rad].
+_HIGH_SUN, _TWILIGHT = np.radians(5.0), np.radians(10.0)
+# Little but the limb is lit where the terminator is seen so close to it [rad].
+_NARROW_STRIP = np.radians(5.8)
 # Ground and air are lit along the limb, seen from the dark, at angles inside and outside it [rad]
 # and at so many places around the Earth.
 _LIT_BAND, _LIT_PLACES = np.radians([-25.0, -15.0, -7.0, 0.0, 4.0]), 90
@@ -304,7 +306,10 @@ def _sky_texels(planet: PlanetView) -> int:
     seen = float(np.arccos(min(1.0 / distance, 1.0)))
     if not -seen - _TWILIGHT < height < _HIGH_SUN:
         return SKY_TEXELS
-    return TERMINATOR_TEXELS if height > _LIMB_SUN else LIMB_TEXELS
+    # Angles from the nadir.
+    terminator = float(np.arctan2(-np.sin(height), distance - np.cos(height)))
+    strip = float(np.arcsin(min(1.0 / distance, 1.0))) - terminator
+    return TERMINATOR_TEXELS if strip > _NARROW_STRIP else LIMB_TEXELS
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -14,6 +14,7 @@ from simgl.environment_map import SkyRadiance
 from simgl.passes.background.environment_probe import EnvironmentProbeStore
 from simgl.passes.drawn_spacecraft import EnvironmentProbe
 from simgl.view.background import SKY_TEXELS, TERMINATOR_TEXELS, SkyView, sky_view
+from tests.passes import earth_light_scenes
 from tests.passes.earth_light_scenes import (
     EARTH,
     IRRADIANCE,
@@ -76,6 +77,17 @@ def test_a_plate_has_the_irradiance_of_a_lit_limb(
     got = as_irradiance(of_white_plate(attitude(normal, 0.4), normal, zenith))
     # A strip as narrow as some texels; 0.0012 W m-2 measured where it is narrowest.
     np.testing.assert_allclose(got, LOW_SUN[zenith][case], rtol=0.01, atol=0.0015)
+
+
+def test_a_plate_at_200_km_has_the_irradiance_of_a_lit_limb(
+    gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All that the Sun lights, 98 deg from the zenith, is seen within 2.4 deg of the limb."""
+    monkeypatch.setattr(earth_light_scenes, "PLACE", (R + 2.0e5) * UP)
+    normal = facing(65.0, 0.0)
+    got = as_irradiance(earthshine(gl, WHITE_PLATE, attitude(normal, 0.4), normal, 98.0))
+    # By direct quadrature; the strip is 7 texels wide.
+    np.testing.assert_allclose(got, 0.13632, rtol=0.01, atol=0.0015)
 
 
 @pytest.mark.parametrize("case", range(4))
