@@ -103,8 +103,8 @@ def part_to_clear(target: Target, area: tuple[int, int, int, int]) -> tuple[int,
 
     llvmpipe clears a whole target in less than half the time that it takes for one but for an edge.
     """
-    whole = 0, 0, *target.size
-    return whole if 2 * area[2] * area[3] >= whole[2] * whole[3] else area
+    full = 0, 0, *target.size
+    return full if 2 * area[2] * area[3] >= full[2] * full[3] else area
 
 
 def clear_depth(
