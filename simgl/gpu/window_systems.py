@@ -143,6 +143,10 @@ def opengl_function(name: str, *arguments: Any) -> Callable[..., None]:
     Raises ContextError where no context is current, or its driver has no such function.
     """
     binding = current_binding()
+    if binding is None:
+        # Of a library that was loaded since, such as a window's.
+        find_loaded()
+        binding = current_binding()
     address = None if binding is None else binding.address_of(name.encode())
     if not address:
         raise ContextError(f"no current OpenGL context has {name}", "run `simgl doctor`")
