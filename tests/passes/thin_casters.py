@@ -100,12 +100,21 @@ def wrong_pixels(
     scenario = thin.scenario(sun)
     image = radiance(gl, scenario)[..., 1].astype(np.float64)
     drawn = image / (REFLECTANCE / np.pi * GREEN)
-    lit, cosine = _traced(scenario, sun, rays)
-    low, high = (_neighbours(pick.reduce(lit), pick) for pick in (np.minimum, np.maximum))
-    most = _neighbours(cosine.max(axis=0), np.maximum)
-    off = np.maximum(low - drawn, drawn - high) > _TOLERANCE * most
+    traced = _Traced(scenario, sun, rays)
+    most = _neighbours(traced.cosine.max(axis=0), np.maximum)
+
+    def off(lit: Array) -> Mask:
+        low, high = (_neighbours(pick.reduce(lit), pick) for pick in (np.minimum, np.maximum))
+        return np.maximum(low - drawn, drawn - high) > _TOLERANCE * most
+
     compared = most > _LEAST_COSINE
-    return off & compared, compared
+    lit = np.stack([traced.lit(0, np.ones(drawn.shape, dtype=np.bool_))] * len(_PLACES))
+    # What the first place of each pixel allows, all of them allow.
+    doubtful = off(lit) & compared
+    around = _neighbours(doubtful.astype(np.float64), np.maximum) > 0.0
+    for place in range(1, len(_PLACES)):
+        lit[place][around] = traced.lit(place, around)[around]
+    return off(lit) & doubtful, compared
 
 
 def _neighbours(image: Array, pick: np.ufunc) -> Array:
@@ -117,24 +126,33 @@ def _neighbours(image: Array, pick: np.ufunc) -> Array:
     return image
 
 
-def _traced(scenario: Scenario, sun: Array, rays: int) -> tuple[Array, Array]:
-    """(places, h, w): cosine of incidence times visible share of the disc, and the cosine alone."""
-    state = scenario.at(scenario.epoch_tai_ns)
-    one = state.cameras["cam"]
-    width, height = one.camera.detector.width, one.camera.detector.height
-    x, y = np.meshgrid(np.arange(width), np.arange(height))
-    pixels = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)])
-    shares, cosines = [], []
-    for place in _PLACES:
-        at = pixels + np.array([[place[0]], [place[1]], [1.0]])
-        ways = np.linalg.solve(one.camera.intrinsics, at).T @ one.R_camera_from_icrf
-        point, normal = _first_hits(state, one.position, ways)
-        shares.append(_disc_shares(state, point, normal, sun, rays))
-        # Space beyond is dark, as is what faces away.
-        cosines.append(np.maximum(np.nan_to_num(normal @ sun), 0.0))
-    shape = len(_PLACES), height, width
-    cosine = np.reshape(cosines, shape)
-    return np.reshape(shares, shape) * cosine, cosine
+class _Traced:
+    """What rays say of an image.
+
+    cosine : (places, h, w) of incidence of sunlight
+    """
+
+    def __init__(self, scenario: Scenario, sun: Array, rays: int) -> None:
+        self._state, self._sun, self._rays = scenario.at(scenario.epoch_tai_ns), sun, rays
+        one = self._state.cameras["cam"]
+        width, height = one.camera.detector.width, one.camera.detector.height
+        x, y = np.meshgrid(np.arange(width), np.arange(height))
+        pixels = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)])
+        self._hits, cosines = [], []
+        for place in _PLACES:
+            at = pixels + np.array([[place[0]], [place[1]], [1.0]])
+            ways = np.linalg.solve(one.camera.intrinsics, at).T @ one.R_camera_from_icrf
+            self._hits.append(_first_hits(self._state, one.position, ways))
+            # Space beyond is dark, as is what faces away.
+            cosines.append(np.maximum(np.nan_to_num(self._hits[-1][1] @ sun), 0.0))
+        self.cosine = np.reshape(cosines, (len(_PLACES), height, width))
+
+    def lit(self, place: int, where: Mask) -> Array:
+        """(h, w) cosine of incidence times visible share of the disc; 0 in other pixels."""
+        lit, chosen = np.zeros(where.shape), where.ravel()
+        points, normals = (a[chosen] for a in self._hits[place])
+        lit[where] = _disc_shares(self._state, points, normals, self._sun, self._rays)
+        return lit * self.cosine[place]
 
 
 def _first_hits(state: SceneState, origin: Array, ways: Array) -> tuple[Array, Array]:
