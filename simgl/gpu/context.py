@@ -289,6 +289,8 @@ def begin_draws(ctx: moderngl.Context) -> None:
     """Let the driver draw what it was given, while this thread prepares what comes next.
 
     llvmpipe gathers draws until their target changes, and its threads have nothing to do meanwhile.
+    Draws to parts of one target are better left together: each beginning takes it as long as a
+    small draw.
     """
     _call(ctx, "glFlush")
 

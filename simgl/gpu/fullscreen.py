@@ -88,7 +88,6 @@ class FullscreenProgram:
         shared: Sequence[Block] = (),
         spare: Sequence[Block] = (),
     ) -> None:
-        self._ctx = ctx
         self._program = load_program(
             ctx,
             name,
@@ -108,7 +107,6 @@ class FullscreenProgram:
         for unit, texture in enumerate(textures):
             texture.use(unit)
         self._array.render(moderngl.TRIANGLES, vertices=3)
-        begin_draws(self._ctx)
 
     def release(self) -> None:
         """Free everything."""
