@@ -11,6 +11,7 @@ import copy
 import sys
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import moderngl
 import pytest
@@ -39,6 +40,17 @@ def _nothing() -> None:
     """It is back already."""
 
 
+def _key(option: Any) -> object:
+    """What tells an option of ``load_program`` from others, to be looked up by."""
+    if isinstance(option, Block):
+        return option.name, option.binding, option.include, str(option.dtype)
+    if isinstance(option, Mapping):
+        return tuple((name, _key(option[name])) for name in sorted(option))
+    if isinstance(option, Sequence) and not isinstance(option, str):
+        return tuple(map(_key, option))
+    return option
+
+
 class SharedPrograms:
     """Lends the programs of a context."""
 
@@ -52,39 +64,15 @@ class SharedPrograms:
         """From here on whoever loads a program of the context is lent it."""
         compiled = moderngl.Context.program
 
-        def shared(
-            ctx: moderngl.Context,
-            name: str,
-            *,
-            vertex: str | None = None,
-            blocks: Sequence[Block] = (),
-            spare: Sequence[Block] = (),
-            samplers: Sequence[str] | Mapping[str, int] = (),
-            defines: Mapping[str, int | float] | None = None,
-        ) -> moderngl.Program:
-            def load() -> moderngl.Program:
-                return load_program(
-                    ctx,
-                    name,
-                    vertex=vertex,
-                    blocks=blocks,
-                    spare=spare,
-                    samplers=samplers,
-                    defines=defines,
-                )
-
+        def shared(ctx: moderngl.Context, name: str, **options: Any) -> moderngl.Program:
             # A test that looks at what is compiled, or has shaders of its own, sees all of it.
             ours = ctx is self._watched.ctx and moderngl.Context.program is compiled
             if not ours or assets.shaders() != self._shipped:
-                return load()
-            units = samplers.items() if isinstance(samplers, Mapping) else samplers
-            of_blocks = tuple((b.name, b.binding, b.include, str(b.dtype)) for b in blocks)
-            of_spare = tuple((b.include, str(b.dtype)) for b in spare)
-            variant = tuple(sorted((defines or {}).items()))
-            key = name, vertex, of_blocks, of_spare, tuple(units), variant
+                return load_program(ctx, name, **options)
+            key = name, _key(options)
             if key not in self._programs:
                 with self._watched.not_counted():
-                    self._programs[key] = load()
+                    self._programs[key] = load_program(ctx, name, **options)
             return self._lend(self._programs[key])
 
         for module in list(sys.modules.values()):
