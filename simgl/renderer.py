@@ -292,17 +292,16 @@ class Renderer:
                 with self.timer.measure("visibility"):
                     visibility = self._visibility.draw(part, spacecraft)
                     begin_draws(self._ctx)
-                # Other threads get on until here: while this one waits for OpenGL, it holds
-                # Python's lock.
-                with self.timer.measure("interreflection"):
-                    self._interreflection.complete()
-                with self.timer.measure("probe"):
-                    self._probes.complete()
                 # From here on passes read what is still being drawn, and wait for it.
                 with self.timer.measure("shadow"):
                     self._shadow.complete([drawn.view.shadow for drawn in spacecraft])
                 with self.timer.measure("geometry"):
                     points = self._geometry.group(part, visibility, spacecraft)
+                # Other threads had until here for the light that goes into the look-up.
+                with self.timer.measure("interreflection"):
+                    self._interreflection.complete()
+                with self.timer.measure("probe"):
+                    self._probes.complete()
                 for drawn in spacecraft:
                     with self.timer.measure("geometry"):
                         self._geometry.look_up(part, points, drawn)
