@@ -12,6 +12,7 @@ import numpy as np
 from simgl.arrays import Array, Array32
 from simgl.camera.camera import Camera
 from simgl.camera.camera_equation import square_electrons_per_irradiance
+from simgl.camera.convolution import WORKERS
 from simgl.camera.point_spread import SunInCamera, has_spread
 from simgl.gpu.release import all_or_nothing, release_all
 from simgl.gpu.render_targets import Format, ImageTarget, TargetStore
@@ -20,9 +21,6 @@ from simgl.passes.exposure import ELECTRONS_FORMAT, ExposurePass
 from simgl.passes.optics import OpticsPass
 from simgl.passes.readout import DN_FORMAT, ReadoutPass
 from simgl.passes.spread import Area, SpreadPass
-
-# Planes that a lens spreads at a time.
-_WORKERS = 2
 
 _BANDS = (Format("f4", 4),)
 _ELECTRONS = (ELECTRONS_FORMAT,)
@@ -56,7 +54,7 @@ class CameraPipeline:
         self._ctx = ctx
         self._timer = PassTimer(ctx) if timer is None else timer
         self._optics = OpticsPass(ctx)
-        self._executor = ThreadPoolExecutor(_WORKERS, thread_name_prefix="simgl-convolution")
+        self._executor = ThreadPoolExecutor(WORKERS, thread_name_prefix="simgl-convolution")
         self._spread = SpreadPass(self._executor)
         self._exposure = ExposurePass(ctx)
         self._detector = ReadoutPass(ctx)

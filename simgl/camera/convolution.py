@@ -7,7 +7,8 @@ Sun, glints) is convolved separately in double precision.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import os
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import lru_cache
@@ -16,15 +17,17 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from simgl.arrays import AnyArray, Array, Array32, Mask
+from simgl.arrays import AnyArray, Array, Array32
 from simgl.camera.psf_kernel import PsfKernel, core_share
 
 Spectrum = NDArray[np.complex64]
 
 # Pixels along the edge of a cell of the coarse grid.
 CELL = 8
-# Planes, or threads of one transform, at a time.
-_WORKERS = 2
+# Planes, or threads of one transform, at a time. More than eight have too little to do each.
+WORKERS = min(max(len(os.sched_getaffinity(0)), 2), 8)
+# Lines that are looked through at a time for the first that are lit.
+_LINES = 64
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,7 +137,7 @@ class Convolver:
         limits : of each plane; pixels beyond are convolved in double precision
         """
         # Threads of one transform: those that the planes leave idle.
-        workers = max(_WORKERS // len(planes), 1)
+        workers = max(WORKERS // len(planes), 1)
         convolved = list(
             self._map(
                 lambda p, plane, limit: self._convolve(p, plane, zones, limit, workers),
@@ -145,7 +148,7 @@ class Convolver:
         )
         shape = planes[0].shape
         spectra = [spectrum for spectrum, _ in convolved]
-        workers = max(_WORKERS // len(self._mixing), 1)
+        workers = max(WORKERS // len(self._mixing), 1)
         results = list(
             self._map(lambda mix: self._image(mix, spectra, shape, workers), self._mixing)
         )
@@ -246,17 +249,30 @@ class Convolver:
 
 def lit_window(light: Array32) -> Window:
     """The rows and columns of (height, width) or (height, width, n) values that are not all 0."""
-    height, width = light.shape[:2]
-    lines = light.reshape(height, -1)
-    rows = _span(lines.max(axis=1) > 0.0)
-    columns = _span(lines[rows].max(axis=0, initial=0.0).reshape(width, -1).max(axis=1) > 0.0)
-    return Window(rows=rows, columns=columns, size=(height, width))
+    rows = _span(light)
+    columns = _span(light[rows].swapaxes(0, 1))
+    return Window(rows=rows, columns=columns, size=light.shape[:2])
 
 
-def _span(lit: Mask) -> slice:
-    """From the first to past the last of a mask; empty where there is none."""
-    places = np.flatnonzero(lit)
-    return slice(int(places[0]), int(places[-1]) + 1) if places.size else slice(0, 0)
+def _span(lines: Array32) -> slice:
+    """From the first to past the last of lines (n, ...) that are not all 0; empty where all are.
+
+    From both ends on: an image that is lit to its edges is not looked through.
+    """
+    count = len(lines)
+    first = next(_lit(lines), count)
+    if first == count:
+        return slice(0, 0)
+    return slice(first, count - next(_lit(lines[::-1])))
+
+
+def _lit(lines: Array32) -> Iterator[int]:
+    """The first lines that are not all 0 of every so many, where there are any."""
+    for start in range(0, len(lines), _LINES):
+        part = lines[start : start + _LINES]
+        lit = part.max(axis=tuple(range(1, part.ndim)), initial=0.0) > 0.0
+        if lit.any():
+            yield start + int(lit.argmax())
 
 
 def coarse_light(plane: Array32, window: Window | None = None) -> Array:
@@ -311,7 +327,7 @@ def _transfer(
     core = core[reach - down : reach + down + 1, reach - across : reach + across + 1]
     padded = np.zeros(size)
     padded[: core.shape[0], : core.shape[1]] = core
-    spectrum = scipy.fft.rfft2(np.roll(padded, (-down, -across), (0, 1)), workers=_WORKERS)
+    spectrum = scipy.fft.rfft2(np.roll(padded, (-down, -across), (0, 1)), workers=WORKERS)
     if np.array_equal(core, core[::-1, ::-1]):
         return spectrum.real.astype(dtype)
     return spectrum.astype(np.complex64 if dtype is np.float32 else np.complex128)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Sequence
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass
+from functools import partial
 
 import moderngl
 import numpy as np
@@ -88,7 +89,8 @@ class InterreflectionPass:
         self._unwritten: dict[int, _Solved] = {}
         self._written: dict[int, _Solved] = {}
         self._begun: dict[int, _Begun] = {}
-        # What later frames need.
+        # What later frames need: once this one has what it needs, and begun.
+        self._next: list[Callable[[], None]] = []
         self._ahead: list[Future[None]] = []
 
     def begin(self, spacecraft: Sequence[SpacecraftView], joint_light: JointLight) -> None:
@@ -142,8 +144,7 @@ class InterreflectionPass:
         lightings = [self._lighting(one, isolated, all_mutual) for one in spacecraft]
         for one in spacecraft:
             if joint_light == "quick" and one.incident_light is not None and one.model.joints:
-                make_ahead = self._next_poses.make_ahead
-                self._ahead.append(self._executor.submit(make_ahead, one.instance, one.model))
+                self._next.append(partial(self._next_poses.make_ahead, one.instance, one.model))
         return lightings
 
     def complete(self) -> None:
@@ -155,6 +156,8 @@ class InterreflectionPass:
             if lighting.grids is not None:
                 lighting.grids.light.write(values.nodes)
             self._written[instance] = solved
+        while self._next:
+            self._ahead.append(self._executor.submit(self._next.pop(0)))
 
     def _transport(self, one: SpacecraftView, joint_light: JointLight) -> LightTransport | None:
         """How light goes on a spacecraft; None where nothing sees itself or others."""
@@ -265,7 +268,7 @@ class InterreflectionPass:
 
         solved = self._executor.submit(values)
         if _in_sunlight(pending.incident, pending.transport):
-            self._ahead.append(self._executor.submit(make_ahead))
+            self._next.append(make_ahead)
         return solved
 
     def _vertex_lighting(

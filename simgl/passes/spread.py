@@ -15,7 +15,7 @@ import numpy as np
 from simgl.arrays import Array, Array32
 from simgl.camera.camera import Camera
 from simgl.camera.camera_equation import irradiance_per_radiance
-from simgl.camera.convolution import Window, lit_window
+from simgl.camera.convolution import WORKERS, Window, lit_window
 from simgl.camera.distortion import relative_illumination
 from simgl.camera.point_spread import Spread, SpreadLight, SunInCamera
 from simgl.gpu.render_targets import ImageTarget
@@ -102,13 +102,21 @@ class SpreadPass:
 
         lens = self._lenses.get(key, made, lambda lens: lens.nbytes)
         window, seen = self._window_read(lens.spread, radiance, lit_area)
-        # Row by row, so that a band's pixels lie side by side afterwards; small products keep the
-        # threads of BLAS asleep, which would busy-wait on the cores that the transforms need.
-        rows = seen.transpose(0, 2, 1)
-        sums = lens.spread.mixture * irradiance_per_radiance(camera)
-        planes = sums.astype(np.float32) @ rows
-        planes *= lens.relative_illumination[window.pixels][:, None]
-        return lens.spread.within(window, list(planes.transpose(1, 0, 2)), sun)
+        sums = (lens.spread.mixture * irradiance_per_radiance(camera)).astype(np.float32)
+        planes = np.empty((len(sums), *window.shape), dtype=np.float32)
+        relative = lens.relative_illumination[window.pixels]
+
+        def fill(rows: slice) -> None:
+            # Row by row, so that a band's pixels lie side by side afterwards; small products keep
+            # the threads of BLAS asleep, which would busy-wait on the cores that the transforms
+            # need.
+            of_rows = sums @ seen[rows].transpose(0, 2, 1)
+            np.multiply(of_rows.transpose(1, 0, 2), relative[rows], out=planes[:, rows])
+
+        ends = np.linspace(0, window.shape[0], WORKERS + 1).astype(int).tolist()
+        for _ in self._executor.map(fill, map(slice, ends[:-1], ends[1:])):
+            pass
+        return lens.spread.within(window, list(planes), sun)
 
     def _window_read(
         self, spread: Spread, radiance: ImageTarget, lit_area: Area | None
