@@ -31,7 +31,8 @@ _SAMPLES_OF_A_BOX, _SAMPLES_OF_A_MEAN = 65_000, 20_000
 _BUDGETS = 4
 # A limb that needs so many times the samples of its tile is worth boxes of its own: each draws all
 # triangles again. Small parts beside a large spacecraft in a docking camera's view need five times.
-_ABOUT = 6.0
+# The centre of a thin crescent is 0.05 px off with so few.
+_ABOUT, _ABOUT_THIN = 6.0, USEFUL_NEED
 # Beyond an outline its pixels reach, and samples that round to it [px].
 _AROUND = 1.5
 # Cosine to the Sun, in the image, of directions across the outline beyond which it counts as dark.
@@ -46,16 +47,19 @@ class Limb:
     to_sun : (2,) where things go in the image that move towards the Sun
     samples_per_pixel : that its lit part needs
     margin : by which it may lie elsewhere, beyond ``_AROUND`` [px]
+    is_thin : whether nearly all light is at the limb
     """
 
     outline: Array
     to_sun: Array
     samples_per_pixel: float
     margin: float = 0.0
+    is_thin: bool = False
 
     def is_served_by(self, grid: SampleGrid) -> bool:
         """Whether a grid is so near to what it needs that boxes cost more than they bring."""
-        return self.samples_per_pixel <= _ABOUT * grid.scale**2
+        about = _ABOUT_THIN if self.is_thin else _ABOUT
+        return self.samples_per_pixel <= about * grid.scale**2
 
     def lit(self) -> Array:
         """(k, 2) places along its lit part, at most a pixel apart [px]."""

@@ -36,6 +36,8 @@ from simgl.view.spacecraft_view import (
 _BEYOND = (-1e9, 1e9)
 # Of an outline seen edge on [px^2].
 _MIN_AREA = 1e-9
+# Cosine of the phase angle beyond which a sphere shows a thin crescent.
+_THIN_CRESCENT = float(np.cos(np.radians(130.0)))
 # Of the samples that a small target needs: with so many its light is right to one percent.
 _ENOUGH = 1.0 / 16.0
 
@@ -178,11 +180,15 @@ class _Target:
     settled: _Target | None = None
 
     @cached_property
+    def cos_phase(self) -> float:
+        """Cosine of its phase angle."""
+        middle = self.hull.mean(axis=0)
+        return -float(middle @ self.view.sun_direction) / float(np.linalg.norm(middle))
+
+    @cached_property
     def samples(self) -> float:
         """That its outline needs."""
-        middle = self.hull.mean(axis=0)
-        cosine = -float(middle @ self.view.sun_direction) / float(np.linalg.norm(middle))
-        return target_samples(cosine, float(np.sqrt(4.0 / np.pi * self.area)))
+        return target_samples(self.cos_phase, float(np.sqrt(4.0 / np.pi * self.area)))
 
     @property
     def samples_per_pixel(self) -> float:
@@ -201,6 +207,7 @@ class _Target:
             to_sun=to_sun,
             samples_per_pixel=self.samples_per_pixel,
             margin=self.margin,
+            is_thin=self.cos_phase < _THIN_CRESCENT,
         )
 
     def is_small(self, sample_budget: int) -> bool:

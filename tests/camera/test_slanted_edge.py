@@ -92,7 +92,7 @@ def test_few_samples_place_an_edge_of_any_slant(
         plate = np.median(values[distance > 30.0])
         assert values.max() < 1.002 * plate
         assert values.min() >= 0.0
-        # It lies where 64 samples put it. Along a row of the sample grid five would put all of it up
+        # It lies where 64 samples put it. Along a row of the sample grid five would put it all up
         # to a fifth of a pixel off; 64, here, where they happen to fall beside it, 0.002.
         _, many = edge_electrons(gl, optics, f_number, place, np.radians(slant), samples=64)
         near = np.abs(distance) < 20.0
