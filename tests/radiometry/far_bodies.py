@@ -114,11 +114,11 @@ def sphere_light(centre: Array, phase: float) -> tuple[float, Array]:
 
 
 def facet_light(centre: Array, phase: float, parts: int = 12) -> tuple[float, Array]:
-    """The same of the triangles of the mesh that is drawn for a sphere, with its normals in between.
+    """The same of the mesh that is drawn for a sphere, with its normals between corners.
 
-    The limb of a sphere of 192 segments lies up to 1.5e-4 of the radius off: of a crescent of 1000 px
-    at a phase angle of 150 deg that is a thousandth of the light, and 0.017 px of its centre. The mean
-    of ``parts`` squared places on each triangle; pixels are small beside what is seen.
+    The limb of 192 segments lies up to 1.5e-4 of the radius off: of a crescent of 1000 px at phase
+    150 deg that is a thousandth of the light, and 0.017 px of its centre. The mean of
+    ``parts`` squared places on each triangle; pixels are small beside what is seen.
     """
     mesh = sphere(RADIUS)
     corners = mesh.positions[mesh.triangles] + centre
