@@ -24,20 +24,20 @@ vec4 edge_of(ivec2 cell, uint group, Facet f) {
     mat3 lines = mat3(line_of(f.corner, f.along, first), line_of(f.corner + f.along, f.up - f.along, first),
                       line_of(f.corner + f.up, -f.up, first));
     lines *= dot(f.corner, f.across) < 0.0 ? -1.0 : 1.0;
-    vec3 wrong = vec3(0.0), apart = vec3(0.0);
+    vec3 wrong = vec3(0.0), beyond = vec3(0.0);
     float others = 0.0;
     for (int k = 0; k < TEXELS; ++k) {
         ivec2 texel = ivec2(k % STRIDE, k / STRIDE);
-        bool own = (group >> uint(k) & 1u) != 0u;
-        bool other = !own && cell_of(ivec2(first) + texel) == cell;
+        bool in_group = (group >> uint(k) & 1u) != 0u;
+        bool other = !in_group && cell_of(ivec2(first) + texel) == cell;
         vec3 inside = vec3(vec2(texel) + 0.5, 1.0) * lines;
-        wrong += own ? vec3(lessThan(inside, vec3(-ON_EDGE))) : vec3(0.0);
-        apart += other ? vec3(lessThan(inside, vec3(ON_EDGE))) : vec3(0.0);
+        wrong += in_group ? vec3(lessThan(inside, vec3(-ON_EDGE))) : vec3(0.0);
+        beyond += other ? vec3(lessThan(inside, vec3(ON_EDGE))) : vec3(0.0);
         others += float(other);
     }
     vec4 chosen = vec4(0.0);
     for (int k = 0; k < 3; ++k) {
-        float part = wrong[k] == 0.0 ? apart[k] / max(others, 1.0) : 0.0;
+        float part = wrong[k] == 0.0 ? beyond[k] / max(others, 1.0) : 0.0;
         if (part > chosen.w) chosen = vec4(lines[k], part);
     }
     return chosen;

@@ -77,12 +77,12 @@ vec3 line_across(ivec2 cell, vec2 middle, mat2 to_raster) {
 
 // What a pixel gets of both sides of a line by the parts of it that these are.
 //
-// whole, inner : sums over all samples, and over those inside
-Sum by_sides(Sum whole, Sum inner, vec3 line) {
-    Sum outer = Sum(whole.light - inner.light, whole.covered - inner.covered, whole.count - inner.count);
+// full, inner : sums over all samples, and over those inside
+Sum by_sides(Sum full, Sum inner, vec3 line) {
+    Sum outer = Sum(full.light - inner.light, full.covered - inner.covered, full.count - inner.count);
     // Without a sample on one side, nothing is known of it.
-    bvec4 known = lessThan(max(inner.count, outer.count), (1.0 - 1e-5) * whole.count);
-    vec4 part = mix(inner.count / max(whole.count, 1e-9), part_inside(line), known);
+    bvec4 known = lessThan(max(inner.count, outer.count), (1.0 - 1e-5) * full.count);
+    vec4 part = mix(inner.count / max(full.count, 1e-9), part_inside(line), known);
     vec4 inside = part / max(inner.count, 1e-9), outside = (1.0 - part) / max(outer.count, 1e-9);
     return Sum(inside * inner.light + outside * outer.light,
                inside * inner.covered + outside * outer.covered, vec4(1.0));

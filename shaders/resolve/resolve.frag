@@ -304,7 +304,7 @@ vec4 weight_at(vec2 off) {
 
 // Sums over samples near a pixel, and over those inside the line that divides it.
 struct Halves {
-    Sum whole, inner;
+    Sum full, inner;
 };
 
 // Where a pixel lies.
@@ -331,8 +331,8 @@ void add_samples(inout Halves sum, uint group, vec4 light, vec2 corner, Place pi
         inner += is_inside(off, pixel) ? one : vec4(0.0);
     } while (left != 0u);
     bool some = group != 0u && any(greaterThan(part, vec4(0.0)));
-    sum.whole.light += some ? part * light : vec4(0.0);
-    sum.whole.covered += some ? part : vec4(0.0);
+    sum.full.light += some ? part * light : vec4(0.0);
+    sum.full.covered += some ? part : vec4(0.0);
     sum.inner.light += some ? inner * light : vec4(0.0);
     sum.inner.covered += some ? inner : vec4(0.0);
 }
@@ -362,7 +362,7 @@ bool add_cells(inout Halves sum, ivec2 cell, int first, int end, int layer, Plac
             add_groups(row, inside, layer, groups, pixel);
             more = more || samples_of(groups.w) > 0u;
         }
-        add(sum.whole, row.whole);
+        add(sum.full, row.full);
         add(sum.inner, row.inner);
     }
     return more;
@@ -370,8 +370,8 @@ bool add_cells(inout Halves sum, ivec2 cell, int first, int end, int layer, Plac
 
 // Where all is covered both are sums of the same shares, in another order.
 void settle(inout Sum sum) {
-    bvec4 full = greaterThan(sum.covered, (1.0 - 4e-6) * sum.count);
-    sum.covered = mix(sum.covered, sum.count, full);
+    bvec4 all_covered = greaterThan(sum.covered, (1.0 - 4e-6) * sum.count);
+    sum.covered = mix(sum.covered, sum.count, all_covered);
 }
 
 // Sums over the samples of some cells by their shares in a pixel.
@@ -400,15 +400,15 @@ Sum sum_of_samples(ivec2 pixel, ivec2 cell, int first, int end) {
             ivec2 texel = centre + ivec2(i, j);
             vec2 off = to_pixel * (vec2(texel) + 0.5 - middle);
             vec4 part = is_known(vec2(pixel) + 0.5 + off) ? weight_at(off) : vec4(0.0);
-            sum.whole.count += part;
+            sum.full.count += part;
             sum.inner.count += is_inside(off, at) ? part : vec4(0.0);
         }
-    settle(sum.whole);
+    settle(sum.full);
 #ifdef EDGES
     settle(sum.inner);
-    if (at.line.xy != vec2(0.0)) sum.whole = by_sides(sum.whole, sum.inner, at.line);
+    if (at.line.xy != vec2(0.0)) sum.full = by_sides(sum.full, sum.inner, at.line);
 #endif
-    return sum.whole;
+    return sum.full;
 }
 #endif
 

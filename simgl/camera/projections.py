@@ -146,8 +146,8 @@ class Distortion(Projection):
                     break
                 result = result - _solved(self._slope(result), rest)
             missed = np.abs(self._bent(result) - bent).max(axis=-1)
-            found = (missed < 1e-10) & self._is_before_fold(result)
-        result[~found] = np.nan
+            converged = (missed < 1e-10) & self._is_before_fold(result)
+        result[~converged] = np.nan
         return result
 
     def _is_before_fold(self, tangents: Array) -> Mask:

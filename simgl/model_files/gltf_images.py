@@ -37,10 +37,10 @@ def _of_16_bits(content: bytes) -> AnyArray | None:
     # Its libraries take 0.1 s to load, and few models need them.
     import av
 
-    with av.open(io.BytesIO(content), format="png_pipe") as container:
+    with av.open(io.BytesIO(content), mode="r", format="png_pipe") as container:
         frame = next(container.decode(video=0))
         (plane,) = frame.planes
-        rows = np.frombuffer(plane, dtype=">u2").reshape(frame.height, plane.line_size // 2)
+        rows = np.frombuffer(bytes(plane), dtype=">u2").reshape(frame.height, plane.line_size // 2)
         # One more than the file has where it names a colour that is transparent.
         count = len(frame.format.components)
         values = rows[:, : count * frame.width].astype(np.uint16)

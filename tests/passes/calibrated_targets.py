@@ -11,7 +11,7 @@ import moderngl
 import numpy as np
 
 from simgl.camera.camera import Camera
-from simgl.camera.projections import DoubleSphere, Fisheye, Projection
+from simgl.camera.projections import Distortion, DoubleSphere, Fisheye, Projection
 from simgl.scenario.scenario import Scenario
 from tests.camera.test_projections import BROWN, FISHEYE, PRISM, TILTED
 from tests.scenes import lambert, radiance, scene
@@ -98,9 +98,10 @@ def _in_plane(lens: Projection | None) -> Callable[[Array], Array]:
     """Rays (..., 3) to points (..., 2) of the normalised image plane."""
     if lens is None:
         return lambda rays: rays[..., :2] / rays[..., 2:]
-    its, unit, zero = dataclasses.asdict(lens), np.eye(3), np.zeros(3)
     if isinstance(lens, DoubleSphere):
-        return lambda rays: _double_sphere(rays, its["xi"], its["alpha"])
+        return lambda rays: _double_sphere(rays, lens.xi, lens.alpha)
+    assert isinstance(lens, Distortion | Fisheye)
+    its, unit, zero = dataclasses.asdict(lens), np.eye(3), np.zeros(3)
     cv2 = importlib.import_module("cv2")
     fisheye = isinstance(lens, Fisheye)
     order = [f"k{i}" for i in range(1, 5)] if fisheye else OPENCV_ORDER
