@@ -33,7 +33,7 @@ from simgl.passes.interreflection import InterreflectionPass
 from simgl.passes.lamp_shadow import LampShadowPass
 from simgl.passes.mesh_store import MeshStore, VertexLighting
 from simgl.passes.reference_gather import ReferenceGather
-from simgl.passes.resolve import DistortedView, ResolvePass
+from simgl.passes.resolve import DistortedView, ResolvePass, needs_edges
 from simgl.passes.shading_points import BLOCK, ShadingPoints
 from simgl.passes.shadow import ShadowPass
 from simgl.passes.sunlight import SunlightPass
@@ -296,7 +296,8 @@ class Renderer:
                 with self.timer.measure("shadow"):
                     self._shadow.complete([drawn.view.shadow for drawn in spacecraft])
                 with self.timer.measure("geometry"):
-                    points = self._geometry.group(part, visibility, spacecraft)
+                    edges = view.field is None and needs_edges(part, view.ramps)
+                    points = self._geometry.group(part, visibility, spacecraft, edges=edges)
                 # Other threads had until here for the light that goes into the look-up.
                 with self.timer.measure("interreflection"):
                     self._interreflection.complete()

@@ -10,7 +10,7 @@ from tests.camera.edge_scenes import edge_electrons, mtf_of
 
 _GOAL = 0.01
 # f-number, blur of the lens [um].
-_LENSES = [(2.8, 0.0), (4.0, 0.0), (4.0, 1.0), (4.0, 2.0), (8.0, 0.0), (11.0, 0.0)]
+_LENSES = [(1.4, 0.0), (2.8, 0.0), (4.0, 0.0), (4.0, 1.0), (4.0, 2.0), (8.0, 0.0), (11.0, 0.0)]
 _FREQUENCIES = np.array([0.25, 0.5])
 # Where the edge passes [px], and the columns or rows that it is slanted against [deg].
 _PLACES = {
@@ -18,8 +18,8 @@ _PLACES = {
     "rows": ((192.0, 192.4), 90.0),
     "columns, off axis": ((90.2, 110.0), 0.0),
 }
-# [deg]. Five samples a pixel scatter what one edge of 180 px tells at half a cycle, by 0.007 to
-# 0.017 rms in red or blue pixels, one of four: the mean over these is good to 0.002 to 0.004.
+# [deg]. What one edge of 180 px tells at half a cycle scatters by 0.002, of red or blue pixels, one
+# of four, by 0.004 rms, for the pixels of a bin lie beside its middle.
 _SLANTS = np.arange(2.25, 9.3, 0.5)
 
 

@@ -2,7 +2,7 @@
 // normals, material and light of vertices where the line of sight through the samples' middle meets it.
 //
 // Of the points that gbuffer/marks.frag has marked; with MARK_AT, where all points see one spacecraft, it
-// marks them itself.
+// marks them itself. EDGES: instead, the line along which the group ends in its cell.
 #define GROUPED
 #include "block/spacecraft"
 #include "gbuffer/cells.glsl"
@@ -48,6 +48,10 @@ const uint SIDES = 1u;
 #endif
 #endif
 
+#ifdef EDGES
+layout(location = 0) out vec4 group_edge;   // as `edge_of`
+vec4 position, normal_roughness, face_normal, indirect, textured_reflectance, textured_emission, textured_normal;
+#else
 // Body axes [m]; label plus 16384 times the spacecraft's number.
 layout(location = 0) out vec4 position;
 // Normal, camera axes, unit; its spread in the group's part of the cell.
@@ -60,6 +64,7 @@ layout(location = 3) out vec4 indirect;
 layout(location = 4) out vec4 textured_reflectance;
 layout(location = 5) out vec4 textured_emission;   // share of the material's in R, G, B; metallic
 layout(location = 6) out vec4 textured_normal;     // with the images' relief; alpha^2
+#endif
 #endif
 
 // A triangle in camera axes.
@@ -83,6 +88,10 @@ vec3 weights_at(Facet f, vec3 sight) {
     vec2 w = clamp(parts_at(f, sight), -0.5, 1.5);
     return vec3(1.0 - w.x - w.y, w);
 }
+
+#ifdef EDGES
+#include "gbuffer/edge.glsl"
+#endif
 
 // From the place that one line of sight meets to that of another close by, as parts of the edges. A
 // sliver is left by many of its widths; a plane seen edge-on is not followed out of the cell.
@@ -196,6 +205,10 @@ uint look_up(ivec2 cell, uint group) {
     spread = max(spread, detail(group, first, facet, normals, corner, label & 63u, back));
 #endif
     normal_roughness = vec4(n, spread);
+#ifdef EDGES
+    group_edge = edge_of(cell, group, facet);
+    return 0u;
+#endif
     float area = length(facet.across);
     face_normal = vec4(area > 0.0 ? facet.across / area : n, 1.0);
     indirect = vec4(0.0);
@@ -216,6 +229,16 @@ uint look_up(ivec2 cell, uint group) {
     return label & 63u;
 }
 
+#ifdef EDGES
+void main() {
+    ivec2 at = ivec2(gl_FragCoord.xy), cell = cell_of_point(at);
+    uint group = group_of(at);
+    group_edge = vec4(0.0);
+    // Most groups fill their cell. A loop, which llvmpipe leaves where an if would be worked out.
+    bool ends = group != 0u && samples_of(group) < read_texel(cell_groups, cell).x >> TEXELS;
+    for (; ends; ends = false) look_up(cell, group);
+}
+#else
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
     uint group = group_of(at), material = look_up(cell_of_point(at), max(group, 1u));
@@ -228,3 +251,4 @@ void main() {
     gl_FragDepth = group == 0u ? gl_FragCoord.z : other_side ? 1.0 - MARK : MARK;
 #endif
 }
+#endif

@@ -9,6 +9,8 @@
 // SOFT: between a pixel and its neighbours samples belong to both, by a ramp: a pixel is a square
 // convolved with a square of the ramp's width, which each band has of its own.
 // BY_SAMPLES: then each sample near an edge has its own share in a pixel, else a cell has.
+// EDGES: then a pixel is divided along the line that a surface ends at, and samples tell what is on
+// either side.
 #include "block/resolve"
 #define GROUPED
 #include "gbuffer/cells.glsl"
@@ -276,79 +278,137 @@ Sum sum_of_samples(vec2 middle, mat2 to_raster) {
 #endif
 
 #ifdef BY_SAMPLES
+// Whether a place in the image lies where the tile's samples are known.
+bool is_known(vec2 place) {
+    return all(greaterThanEqual(place, core.xy)) && all(lessThan(place, core.zw));
+}
+
+// The same of a cell.
+bool is_known(ivec2 cell) {
+    return is_known((vec2(cell) + 0.5) / float(cells_per_pixel) + tile_origin);
+}
+
+#ifdef EDGES
+#include "resolve/edges.glsl"
+
+// Up to which along both axes samples tell of a side of the pixel's line that holds none of its own [px].
+const float AROUND = 0.9;
+
+// Weight of a sample by its distance from the pixel's middle [px].
+vec4 weight_at(vec2 off) {
+    return share_at(off) + (all(lessThan(abs(off), vec2(AROUND))) ? 1e-3 * ramps * ramps : vec4(0.0));
+}
+#else
+#define weight_at share_at
+#endif
+
+// Sums over samples near a pixel, and over those inside the line that divides it.
+struct Halves {
+    Sum full, inner;
+};
+
+// Where a pixel lies.
+struct Place {
+    vec2 middle;      // in the raster
+    mat2 to_pixel;    // from a texel to pixels
+    vec3 line;        // that divides it, as `part_inside` takes it
+};
+
+bool is_inside(vec2 off, Place pixel) {
+    return dot(pixel.line.xy, off) + pixel.line.z > 0.0;
+}
+
 // Adds the samples of a group by their shares in a pixel.
 //
 // corner : of the cell's window in the raster, from the pixel's middle
-void add_samples(inout Sum sum, uint group, vec4 light, vec2 corner, mat2 to_pixel) {
-    vec4 part = vec4(0.0);
+void add_samples(inout Halves sum, uint group, vec4 light, vec2 corner, Place pixel) {
+    vec4 part = vec4(0.0), inner = vec4(0.0);
     uint left = group;
-    do part += share_at(to_pixel * (corner + vec2(next_texel(left)) + 0.5)); while (left != 0u);
+    do {
+        vec2 off = pixel.to_pixel * (corner + vec2(next_texel(left)) + 0.5);
+        vec4 one = weight_at(off);
+        part += one;
+        inner += is_inside(off, pixel) ? one : vec4(0.0);
+    } while (left != 0u);
     bool some = group != 0u && any(greaterThan(part, vec4(0.0)));
-    sum.light += some ? part * light : vec4(0.0);
-    sum.covered += some ? part : vec4(0.0);
+    sum.full.light += some ? part * light : vec4(0.0);
+    sum.full.covered += some ? part : vec4(0.0);
+    sum.inner.light += some ? inner * light : vec4(0.0);
+    sum.inner.covered += some ? inner : vec4(0.0);
 }
 
 // The same of four layers of a cell, from one on.
-void add_groups(inout Sum sum, ivec2 cell, int layer, uvec4 groups, vec2 middle, mat2 to_pixel) {
+void add_groups(inout Halves sum, ivec2 cell, int layer, uvec4 groups, Place pixel) {
     uint first_page = read_texel(block_pages, cell / BLOCK).r;
-    vec2 corner = vec2(first_texel(cell)) - middle;
+    vec2 corner = vec2(first_texel(cell)) - pixel.middle;
     groups &= (1u << uint(TEXELS)) - 1u;
-    add_samples(sum, groups.x, point(first_page, cell, layer), corner, to_pixel);
-    add_samples(sum, groups.y, point(first_page, cell, layer + 1), corner, to_pixel);
-    add_samples(sum, groups.z, point(first_page, cell, layer + 2), corner, to_pixel);
-    add_samples(sum, groups.w, point(first_page, cell, layer + 3), corner, to_pixel);
-}
-
-// Whether a cell lies where the tile's samples are known.
-bool is_known(ivec2 cell) {
-    vec2 seen = floor(vec2(cell) / float(cells_per_pixel)) + tile_origin;
-    return all(greaterThanEqual(seen, core.xy)) && all(lessThan(seen, core.zw));
+    add_samples(sum, groups.x, point(first_page, cell, layer), corner, pixel);
+    add_samples(sum, groups.y, point(first_page, cell, layer + 1), corner, pixel);
+    add_samples(sum, groups.z, point(first_page, cell, layer + 2), corner, pixel);
+    add_samples(sum, groups.w, point(first_page, cell, layer + 3), corner, pixel);
 }
 
 // What some cells give a pixel, by their samples' shares in it, of four layers from one on. Returns
 // whether a cell has more.
 //
 // cell : the pixel's first one; first, end : of the cells from there, along both axes
-bool add_cells(inout Sum sum, ivec2 cell, int first, int end, int layer, vec2 middle, mat2 to_pixel) {
+bool add_cells(inout Halves sum, ivec2 cell, int first, int end, int layer, Place pixel) {
     bool more = false;
     for (int j = first; j < end; ++j) {
-        Sum row = NOTHING;
+        Halves row = Halves(NOTHING, NOTHING);
         for (int i = first; i < end; ++i) {
             ivec2 at = cell + ivec2(i, j), inside = clamp(at, ivec2(0), cells - 1);
             uvec4 groups = at == inside && is_known(at) ? groups_from(inside, layer) : uvec4(0u);
-            add_groups(row, inside, layer, groups, middle, to_pixel);
+            add_groups(row, inside, layer, groups, pixel);
             more = more || samples_of(groups.w) > 0u;
         }
-        add(sum, row);
+        add(sum.full, row.full);
+        add(sum.inner, row.inner);
     }
     return more;
+}
+
+// Where all is covered both are sums of the same shares, in another order.
+void settle(inout Sum sum) {
+    bvec4 all_covered = greaterThan(sum.covered, (1.0 - 4e-6) * sum.count);
+    sum.covered = mix(sum.covered, sum.count, all_covered);
 }
 
 // Sums over the samples of some cells by their shares in a pixel.
 Sum sum_of_samples(ivec2 pixel, ivec2 cell, int first, int end) {
     mat2 to_raster = mat2(raster_from_pixel.xy, raster_from_pixel.zw), to_pixel = inverse(to_raster);
     vec2 middle = to_raster * (vec2(pixel) + 0.5 - tile_origin) + raster_origin;
-    Sum sum = NOTHING;
-    bool more = add_cells(sum, cell, first, end, 0, middle, to_pixel);
+    Place at = Place(middle, to_pixel, vec3(0.0));
+    float width = 1.0 + widest_ramp;
+#ifdef EDGES
+    at.line = line_across(cell, middle, to_raster);
+    width = max(width, 2.0 * AROUND);
+#endif
+    Halves sum = Halves(NOTHING, NOTHING);
+    bool more = add_cells(sum, cell, first, end, 0, at);
     // Few cells have more than four groups.
     for (int layer = 4; layer < LAYERS && more; layer += 4)
-        more = add_cells(sum, cell, first, end, layer, middle, to_pixel);
+        more = add_cells(sum, cell, first, end, layer, at);
     // Of all samples, also of those that see nothing. The middle of a texel that is counted lies within
     // half the extent of a place in the first one.
-    float extent = (1.0 + widest_ramp) * max(abs(to_raster[0].x) + abs(to_raster[1].x),
-                                             abs(to_raster[0].y) + abs(to_raster[1].y));
+    float extent = width * max(abs(to_raster[0].x) + abs(to_raster[1].x),
+                               abs(to_raster[0].y) + abs(to_raster[1].y));
     int reach = int(0.5 * extent + 0.501);
     ivec2 centre = ivec2(floor(middle));
     for (int j = -reach; j <= reach; ++j)
         for (int i = -reach; i <= reach; ++i) {
             ivec2 texel = centre + ivec2(i, j);
-            vec4 part = share_at(to_pixel * (vec2(texel) + 0.5 - middle));
-            sum.count += is_known(cell_of(texel)) ? part : vec4(0.0);
+            vec2 off = to_pixel * (vec2(texel) + 0.5 - middle);
+            vec4 part = is_known(vec2(pixel) + 0.5 + off) ? weight_at(off) : vec4(0.0);
+            sum.full.count += part;
+            sum.inner.count += is_inside(off, at) ? part : vec4(0.0);
         }
-    // Where all is covered both are sums of the same shares, in another order.
-    bvec4 full = greaterThan(sum.covered, (1.0 - 4e-6) * sum.count);
-    sum.covered = mix(sum.covered, sum.count, full);
-    return sum;
+    settle(sum.full);
+#ifdef EDGES
+    settle(sum.inner);
+    if (at.line.xy != vec2(0.0)) sum.full = by_sides(sum.full, sum.inner, at.line);
+#endif
+    return sum.full;
 }
 #endif
 

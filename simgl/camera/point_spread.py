@@ -234,6 +234,8 @@ class Spread:
         """Fraction of the Sun's pixels that no spacecraft covers; 1 if it has none in the image."""
         d = self._camera.detector
         x, y = self._camera.project(np.array([*tangent, 1.0]))
+        if np.isnan(x):
+            return 1.0
         reach = max(0.9 * radius, 0.75)
         row = np.arange(max(int(y - reach), 0), min(int(y + reach) + 1, d.height))
         column = np.arange(max(int(x - reach), 0), min(int(x + reach) + 1, d.width))

@@ -10,15 +10,18 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy
 
-from simgl.arrays import AnyArray, Array
+from simgl.arrays import AnyArray, Array, Mask
 
 # Newton's method doubles the correct digits in each step; invertible distortions need far fewer.
 _NEWTON_STEPS = 12
 _NEWTON_TOLERANCE = 1e-12
+# Radii of a table from which it starts, and the angle up to which they reach: 89 deg.
+_RADII, _WIDEST_RADIUS = 512, np.radians(89.0)
 # Nodes of the table of angle by radius: cubic in between, its error is 1e-15 rad for smooth lenses.
 _ANGLES = 1 << 13
 # A lens that compresses its edge further images nothing there that it could resolve.
@@ -83,10 +86,12 @@ class Distortion(Projection):
     tau_y: float = 0.0
 
     def projected(self, rays: Array) -> Array:
-        """As of every ``Projection``; a pinhole sees what lies before it."""
+        """As of every ``Projection``; a pinhole sees what lies before it, up to where its formula
+        folds: OpenCV's would bring what is beyond back into the image."""
         with np.errstate(all="ignore"):
-            points = self.distorted(rays[..., :2] / rays[..., 2:])
-            return np.where(rays[..., 2:] > 0.0, points, np.nan)
+            tangents = rays[..., :2] / rays[..., 2:]
+            sees = (rays[..., 2] > 0.0) & self._is_before_fold(tangents)
+            return np.where(sees[..., None], self.distorted(tangents), np.nan)
 
     def rays(self, points: Array) -> Array:
         """As of every ``Projection``; z = 1."""
@@ -129,17 +134,48 @@ class Distortion(Projection):
         """Pinhole tangents (..., 2) of distorted tangents (..., 2); NaN where there are none."""
         tilt = self._tilt
         bent = tangents if tilt is None else _mapped(np.linalg.inv(tilt), tangents)
-        result = np.array(bent, dtype=np.float64)
+        # From there Newton's method does not leave for another branch.
+        before, after = self._radii
         with np.errstate(all="ignore"):
+            radius = np.hypot(bent[..., 0], bent[..., 1])
+            shrinks = np.where(radius > 0.0, np.interp(radius, after, before) / radius, 1.0)
+            result = bent * shrinks[..., None]
             for _ in range(_NEWTON_STEPS):
                 rest = self._bent(result) - bent
                 if np.abs(rest).max(initial=0.0) < _NEWTON_TOLERANCE:
                     break
                 result = result - _solved(self._slope(result), rest)
             missed = np.abs(self._bent(result) - bent).max(axis=-1)
-            folded = np.linalg.det(self._slope(result)) <= 0.0
-        result[~(missed < 1e-10) | folded] = np.nan
+            converged = (missed < 1e-10) & self._is_before_fold(result)
+        result[~converged] = np.nan
         return result
+
+    def _is_before_fold(self, tangents: Array) -> Mask:
+        """(...,) whether the picture is unfolded at tangents (..., 2) and, along the radius, up to
+        them."""
+        within = (tangents**2).sum(axis=-1) < self._fold
+        return within & (np.linalg.det(self._slope(tangents)) > 0.0)
+
+    @cached_property
+    def _radii(self) -> tuple[Array, Array]:
+        """Radii up to the fold before and after the radial distortion."""
+        widest = min(np.arctan(np.sqrt(self._fold)), _WIDEST_RADIUS)
+        before = np.tan(np.linspace(0.0, widest, _RADII + 1)[:-1])
+        return before, before * self._scale(before * before)[0]
+
+    @cached_property
+    def _fold(self) -> float:
+        """r^2 from which on the radial factor brings rays back, or where it has a pole."""
+        above, below = (
+            np.polynomial.Polynomial([1.0, *each])
+            for each in ((self.k1, self.k2, self.k3), (self.k4, self.k5, self.k6))
+        )
+        # Where the derivative of r above / below by r is 0.
+        twice_q = np.polynomial.Polynomial([0.0, 2.0])
+        turn = above * below + twice_q * (above.deriv() * below - above * below.deriv())
+        roots = np.concatenate([turn.trim().roots(), below.trim().roots()])
+        real = roots.real[(np.abs(roots.imag) < 1e-9 * np.abs(roots)) & (roots.real > 0.0)]
+        return float(real.min(initial=np.inf))
 
     def _bent(self, tangents: Array) -> Array:
         """``distorted`` without tilt."""

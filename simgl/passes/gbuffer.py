@@ -49,9 +49,13 @@ _COUNT = 127
 EMPTY = -1.0
 # The targets of shaders/gbuffer/gbuffer.frag; those with images and vertex colours have more.
 _PLAIN, _DETAILED = 4, 7
+# Of a variant, what tells where its triangles are.
+_OF_PLACES = ("DETAILED", "JOINTED", "MOVING", "JOINTS_MOVE")
 
 _VISIBILITY_UNIT, _CORNERS_UNIT, _VERTICES_UNIT, _LIGHT_UNIT = range(4)
 _GRIDS = {"light_grids": 4, "grid_light": 5, "grid_rows": 6}
+# Besides the groups of points, which have the unit of the cells' in other passes.
+_CELLS_UNIT = 17
 _POINTS = {"visibility": _VISIBILITY_UNIT} | POINT_GROUPS | PAGE_ENTRIES
 
 
@@ -88,14 +92,21 @@ class GBufferPass:
         self._block_pages = GrowingTarget(ctx, [[0]], Format("u4"))
         self._depths = GrowingTarget(ctx, [[0]], Format("f4"))
         self._targets = {n: GrowingTarget(ctx, [range(n)]) for n in (_PLAIN, _DETAILED)}
+        self._edges = GrowingTarget(ctx, [[0]])
 
     def group(
-        self, tile: RasterTile, visibility: moderngl.Texture, spacecraft: Sequence[DrawnSpacecraft]
+        self,
+        tile: RasterTile,
+        visibility: moderngl.Texture,
+        spacecraft: Sequence[DrawnSpacecraft],
+        *,
+        edges: bool = False,
     ) -> ShadingPoints:
         """Group the samples that see the same. No point is looked up yet.
 
         visibility : of the visibility pass
         spacecraft : of the tile
+        edges : whether the points also tell along which line their groups end
         """
         cells, blocks = tile.cells.size, blocks_of(tile.cells.size)
         (groups,) = self._groups.covering(cells)
@@ -128,6 +139,7 @@ class GBufferPass:
             page_entries=page_entries,
             block_pages=self._block_pages.written(first),
             textures=textures_of(target),
+            edges=self._edges.covering(size, depth)[0] if edges else None,
             framebuffer=target,
             depth=depth,
             depths=self._depths_of(size),
@@ -202,12 +214,16 @@ class GBufferPass:
             if motion.joint_rates is not None:
                 self._meshes.bind_joint_rates(motion)
                 variant += ("JOINTS_MOVE",)
-        if not points.of_one:
+        if points.of_one:
+            layered = ("LAYERED",) * ("LAYERED" in model.variant)
+            look_up = self._look_up_for((*variant, *layered, "MARK_AT"))
+            look_up.draw(self.looking_up, points.framebuffer, area, points.depths)
+        else:
             draw_marked(points.framebuffer, points, self._look_up_for(variant))
-            return
-        layered = ("LAYERED",) * ("LAYERED" in model.variant)
-        look_up = self._look_up_for((*variant, *layered, "MARK_AT"))
-        look_up.draw(self.looking_up, points.framebuffer, area, points.depths)
+        if points.edges is not None:
+            points.groups[0].use(_CELLS_UNIT)
+            of_places = tuple(name for name in variant if name in _OF_PLACES)
+            draw_marked(points.edges, points, self._look_up_for((*of_places, "EDGES")))
 
     def _marks_for(self, variant: tuple[str, ...]) -> PointScreen:
         """The shader that marks the points of models of a variant."""
@@ -243,6 +259,8 @@ class GBufferPass:
                 samplers |= IMAGE_UNITS
             if lit:
                 samplers |= {"vertex_light": _LIGHT_UNIT}
+            if "EDGES" in variant:
+                samplers |= {"cell_groups": _CELLS_UNIT}
             if "LIGHT_GRIDS" in variant:
                 samplers |= _GRIDS
             self._lookups[variant] = point_shader(
@@ -267,6 +285,7 @@ class GBufferPass:
             self._page_entries,
             self._block_pages,
             self._depths,
+            self._edges,
         )
         for target in (*growing, *self._targets.values()):
             target.release()

@@ -16,6 +16,7 @@ from simgl.gpu.compute_screen import ComputeScreen
 from simgl.gpu.fullscreen import Screen, screen
 from simgl.gpu.pipeline_state import ONE_MINUS_SRC1_COLOR, State
 from simgl.gpu.release import all_or_nothing
+from simgl.gpu.render_targets import textures_of
 from simgl.gpu.screen_shader import ScreenShader
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
 from simgl.passes.shading_points import CELL_GROUPS, ShadingPoints
@@ -117,6 +118,9 @@ class ResolvePass:
             defines.append("SOFT")
             if _is_by_samples(tile) and tile.window is None and lens is None:
                 defines.append("BY_SAMPLES")
+                if points.edges is not None:
+                    (textures["edges"],) = textures_of(points.edges)
+                    defines.append("EDGES")
         if lens is not None:
             textures["places"] = lens.places
             defines.append("DISTORTED")
@@ -213,9 +217,9 @@ def _distorted_box(tile: RasterTile, field: PinholeField, wider: int) -> tuple[i
 
 
 def _cell_shares(ramps: Array, cells: int) -> Array:
-    """(3 ``_MAX_CELLS``, 4) integral over each cell of a pixel's square softened by ramps.
+    """(3 ``_MAX_CELLS``, n) integral over each cell of a pixel's square softened by ramps.
 
-    ramps : (4,) [px]; cells : along the edge of a pixel, whose first is in the middle third
+    ramps : (n,) [px]; cells : along the edge of a pixel, whose first is in the middle third
     """
     edges = (np.arange(3 * _MAX_CELLS + 1) - _MAX_CELLS)[:, None] / cells - 0.5
     outer, inner = 0.5 * (1.0 + ramps), 0.5 * (1.0 - ramps)
@@ -224,16 +228,22 @@ def _cell_shares(ramps: Array, cells: int) -> Array:
     return np.diff(below, axis=0)
 
 
+# That are tried: with the widest, a pixel sees no farther than its neighbours [px].
+_TRIED = np.linspace(1e-3, 2.0, 1024)
+
+
 @lru_cache(maxsize=32)
 def _ramps(ramps: Ramps, cells: int, *, of_cells: bool) -> tuple[Array, Array]:
     """(4,) widths of ramps [px] as the shader takes them, and their ``_cell_shares``.
 
-    of_cells : light and shares are means over a cell, which widens a pixel by two squares of its
-        width: these are part of the ramp, whose variance goes with its square
+    of_cells : light and shares are means over a cell: a pixel is made of steps as wide, and is
+        as wide as wanted, by its variance, with another ramp
     """
     widths = np.array(ramps)
     if of_cells:
-        widths = np.sqrt(np.maximum(widths**2 - 2.0 / cells**2, _NARROWEST**2))
+        middles = (np.arange(3 * _MAX_CELLS) - _MAX_CELLS + 0.5) / cells - 0.5
+        variances = (middles**2 + 1.0 / (12.0 * cells**2)) @ _cell_shares(_TRIED, cells)
+        widths = np.interp((1.0 + widths**2) / 12.0, variances, _TRIED)
     widths = np.maximum(widths, _NARROWEST)
     return widths, _cell_shares(widths, cells)
 
@@ -241,6 +251,11 @@ def _ramps(ramps: Ramps, cells: int, *, of_cells: bool) -> tuple[Array, Array]:
 def _is_by_samples(tile: RasterTile) -> bool:
     """Whether the samples of cells on edges are weighted one by one."""
     return tile.sample_grid.cells_per_edge <= _FEW_CELLS
+
+
+def needs_edges(tile: RasterTile, ramps: Ramps) -> bool:
+    """Whether the samples of a tile do not tell well enough where in a pixel surfaces end."""
+    return ramps != SHARP and tile.window is None and _is_by_samples(tile)
 
 
 def _values(tile: RasterTile, ramps: Ramps, *, by_cells: bool) -> dict[str, object]:

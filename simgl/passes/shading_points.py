@@ -119,6 +119,8 @@ class ShadingPoints:
     framebuffer : of the textures
     depth : of the same size: which of them are whose (``draw_marked``, ``draw_by_material``)
     depths : R32F, the same for compute shaders; None where there are none
+    edges : of an RGBA32F texture of that size, of each point the line along which its group ends;
+        None unless asked for
     """
 
     cells: tuple[int, int]
@@ -134,6 +136,7 @@ class ShadingPoints:
     framebuffer: moderngl.Framebuffer
     depth: moderngl.Renderbuffer
     depths: moderngl.Texture | None
+    edges: moderngl.Framebuffer | None
 
     @property
     def size(self) -> tuple[int, int]:

@@ -14,3 +14,8 @@ def overlap(a: Box, b: Box) -> bool:
 def union(a: Box, b: Box) -> Box:
     """The least box that holds both."""
     return min(a[0], b[0]), min(a[1], b[1]), max(a[2], b[2]), max(a[3], b[3])
+
+
+def area_of(box: Box) -> int:
+    """Its pixels."""
+    return (box[2] - box[0]) * (box[3] - box[1])

@@ -19,7 +19,7 @@ from simgl.sample_grid import (
     SampleGrid,
     rotated_sample_grid,
 )
-from simgl.view.image_box import Box
+from simgl.view.image_box import Box, area_of
 
 # Boxes are cut along squares of this edge [px].
 _CELL = 8
@@ -31,7 +31,9 @@ _SAMPLES_OF_A_BOX, _SAMPLES_OF_A_MEAN = 65_000, 20_000
 _BUDGETS = 4
 # A limb that needs so many times the samples of its tile is worth boxes of its own: each draws all
 # triangles again. Small parts beside a large spacecraft in a docking camera's view need five times.
-_ABOUT = 6.0
+# The centre of a thin crescent is 0.05 px off with so few, beyond a phase angle of 130 deg.
+_ABOUT, _ABOUT_THIN = 6.0, USEFUL_NEED
+_THIN_CRESCENT = float(np.cos(np.radians(130.0)))
 # Beyond an outline its pixels reach, and samples that round to it [px].
 _AROUND = 1.5
 # Cosine to the Sun, in the image, of directions across the outline beyond which it counts as dark.
@@ -46,16 +48,19 @@ class Limb:
     to_sun : (2,) where things go in the image that move towards the Sun
     samples_per_pixel : that its lit part needs
     margin : by which it may lie elsewhere, beyond ``_AROUND`` [px]
+    cos_phase : cosine of the phase angle
     """
 
     outline: Array
     to_sun: Array
     samples_per_pixel: float
     margin: float = 0.0
+    cos_phase: float = 1.0
 
     def is_served_by(self, grid: SampleGrid) -> bool:
         """Whether a grid is so near to what it needs that boxes cost more than they bring."""
-        return self.samples_per_pixel <= _ABOUT * grid.scale**2
+        about = _ABOUT_THIN if self.cos_phase < _THIN_CRESCENT else _ABOUT
+        return self.samples_per_pixel <= about * grid.scale**2
 
     def lit(self) -> Array:
         """(k, 2) places along its lit part, at most a pixel apart [px]."""
@@ -93,21 +98,17 @@ def limb_boxes(
     if all(one.is_served_by(grid) for one in limbs):
         return ()
     coarse = grid.scale**2
-    allowed = _BUDGETS * sample_budget + coarse * _area(box)
+    allowed = _BUDGETS * sample_budget + coarse * area_of(box)
     tile = _TileCells.of(box, [one for one in limbs if not one.is_served_by(grid)], limbs)
     share = 1.0
     while share * USEFUL_NEED >= 1.0:
         boxes = tile.cut(share).boxes
-        if sum(_area(part) * samples for part, samples in boxes) <= allowed:
+        if sum(area_of(part) * samples for part, samples in boxes) <= allowed:
             return tuple(
                 (part, rotated_sample_grid(samples) if samples else grid) for part, samples in boxes
             )
         share *= 0.8
     return ()
-
-
-def _area(box: Box) -> int:
-    return (box[2] - box[0]) * (box[3] - box[1])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -142,10 +143,10 @@ class _TileCells:
         around = self._averaged(_around(at_limb, cells))
         needed = max(samples for lit, samples in self.lit if _any(lit, at_limb))
         box, samples = self._pixels(at_limb), min(share * needed, float(MAX_SAMPLES))
-        best = _Cut(((box, samples),), _SAMPLES_OF_A_BOX + samples * _area(box))
+        best = _Cut(((box, samples),), _SAMPLES_OF_A_BOX + samples * area_of(box))
         halves = _halves(at_limb)
         # Cheaper than a second box, it stays whole.
-        if halves and samples * _area(box) > _SAMPLES_OF_A_BOX:
+        if halves and samples * area_of(box) > _SAMPLES_OF_A_BOX:
             first, second = (self._cut(half, share) for half in halves)
             if first.cost + second.cost < best.cost:
                 best = _Cut(first.boxes + second.boxes, first.cost + second.cost)

@@ -13,7 +13,7 @@ from simgl.camera.camera import Camera
 from simgl.sample_grid import PIXEL_CENTRES, SampleGrid, choose_sample_grid, target_samples
 from simgl.scene.mesh import hull_edges
 from simgl.view.depth_slices import NEAREST, depth_slices
-from simgl.view.image_box import Box, overlap, union
+from simgl.view.image_box import Box, area_of, overlap, union
 from simgl.view.lit_limbs import Limb, limb_boxes
 from simgl.view.small_targets import CELL as WINDOW_CELL
 from simgl.view.small_targets import (
@@ -178,11 +178,15 @@ class _Target:
     settled: _Target | None = None
 
     @cached_property
+    def cos_phase(self) -> float:
+        """Cosine of its phase angle."""
+        middle = self.hull.mean(axis=0)
+        return -float(middle @ self.view.sun_direction) / float(np.linalg.norm(middle))
+
+    @cached_property
     def samples(self) -> float:
         """That its outline needs."""
-        middle = self.hull.mean(axis=0)
-        cosine = -float(middle @ self.view.sun_direction) / float(np.linalg.norm(middle))
-        return target_samples(cosine, float(np.sqrt(4.0 / np.pi * self.area)))
+        return target_samples(self.cos_phase, float(np.sqrt(4.0 / np.pi * self.area)))
 
     @property
     def samples_per_pixel(self) -> float:
@@ -201,12 +205,12 @@ class _Target:
             to_sun=to_sun,
             samples_per_pixel=self.samples_per_pixel,
             margin=self.margin,
+            cos_phase=self.cos_phase,
         )
 
     def is_small(self, sample_budget: int) -> bool:
         """Whether that is more than a raster of pixels can hold."""
-        x0, y0, x1, y1 = self.box
-        pixels = (x1 - x0) * (y1 - y0)
+        pixels = area_of(self.box)
         return is_small(self.outline, self.area, pixels, self.samples, sample_budget)
 
 
@@ -283,9 +287,8 @@ def _must_share(group: _Group, small: _Group, sample_budget: int) -> bool:
     """
     if not _share_pixels(group, small):
         return False
-    x0, y0, x1, y1 = union(group.box, small.box)
     (one,) = small.targets
-    samples, pixels = _ENOUGH * one.samples, (x1 - x0) * (y1 - y0)
+    samples, pixels = _ENOUGH * one.samples, area_of(union(group.box, small.box))
     if not is_small(one.outline, one.area, pixels, samples, sample_budget):
         return True
     return _share_depth(group, small)

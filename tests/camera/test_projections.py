@@ -232,7 +232,8 @@ def test_solid_angles_of_a_circular_fisheye_sum_to_its_cone() -> None:
     [
         (Distortion(k1=-0.9), 420.0, "folds the picture"),
         (Distortion(k1=1e18), 420.0, "folds the picture"),
-        (Distortion(k1=-0.01), 30.0, "deg off the boresight, a pinhole below 85 deg; wider lenses"),
+        (Distortion(k1=-0.01), 30.0, "folds the picture"),
+        (Distortion(k1=1e-4), 30.0, "deg off the boresight, a pinhole below 85 deg; wider lenses"),
     ],
 )
 def test_a_distortion_that_no_pinhole_sees_is_refused(
@@ -242,3 +243,28 @@ def test_a_distortion_that_no_pinhole_sees_is_refused(
     cam = replace(cam, lens=replace(cam.lens, focal_length=focal_length * 3.75e-6))
     with pytest.raises(ConfigError, match=problem):
         pinhole_fields(cam)
+
+
+@pytest.mark.parametrize(
+    ("lens", "fold"),
+    [
+        # 1 + 3 k1 r^2 = 0.
+        (Distortion(k1=-0.3), np.sqrt(1.0 / 0.9)),
+        # The picture goes on outwards again from r = 1.41, where 1 - 2.1 r^2 + 0.8 r^4 = 0 a second
+        # time.
+        (Distortion(k1=-0.7, k2=0.16), np.sqrt((2.1 - np.sqrt(2.1**2 - 3.2)) / 1.6)),
+        # A pole: 1 + k4 r^2 = 0.
+        (Distortion(k4=-0.3), np.sqrt(1.0 / 0.3)),
+    ],
+    ids=["turns back", "turns back and forth", "pole"],
+)
+def test_a_distortion_images_nothing_from_beyond_its_fold(lens: Distortion, fold: float) -> None:
+    """OpenCV's formula brings it back into the image, where others are seen."""
+    tangent = np.concatenate([np.linspace(0.0, 0.99 * fold, 50), np.linspace(1.01 * fold, 9, 50)])
+    rays = np.stack([0.6 * tangent, 0.8 * tangent, np.ones(100)], axis=-1)
+    found = lens.projected(rays)
+    assert np.isnan(found[:, 0]).tolist() == [False] * 50 + [True] * 50
+    # Each point has the ray that the lens brings there, not one of another branch. Next to a fold
+    # the derivative is 0.01: what Newton's method leaves, 1e-10, moves the ray by 1e-8.
+    back = lens.rays(found[:50])
+    np.testing.assert_allclose(back, rays[:50], atol=1e-8)

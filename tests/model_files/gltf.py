@@ -6,6 +6,7 @@ import base64
 import io
 import json
 import struct
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,28 @@ def png(pixels: ArrayLike) -> bytes:
     file = io.BytesIO()
     Image.fromarray(array if array.dtype == np.uint16 else array.astype(np.uint8)).save(file, "PNG")
     return file.getvalue()
+
+
+def png_of_16_bits(pixels: ArrayLike, transparent: tuple[int, ...] = ()) -> bytes:
+    """A PNG file of (height, width, 2 to 4) values of 16 bits, which Pillow does not write.
+
+    transparent : the one colour that is, of three channels
+    """
+    array = np.asarray(pixels, dtype=">u2")
+    height, width, channels = array.shape
+    kind = {2: 4, 3: 2, 4: 6}[channels]
+
+    def chunk(name: bytes, data: bytes) -> bytes:
+        check = zlib.crc32(name + data)
+        return struct.pack(">I", len(data)) + name + data + struct.pack(">I", check)
+
+    # Each row behind the number of its filter.
+    rows = b"".join(b"\0" + row.tobytes() for row in array)
+    chunks = [chunk(b"IHDR", struct.pack(">2I5B", width, height, 16, kind, 0, 0, 0))]
+    if transparent:
+        chunks.append(chunk(b"tRNS", np.array(transparent, dtype=">u2").tobytes()))
+    chunks += [chunk(b"IDAT", zlib.compress(rows)), chunk(b"IEND", b"")]
+    return b"\x89PNG\r\n\x1a\n" + b"".join(chunks)
 
 
 class Document:

@@ -21,7 +21,7 @@ from simgl.scene.mean_materials import mean_materials
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.surface_layers import Coat
 from simgl.scene.textures import CLAMP, MIRROR, REPEAT
-from tests.model_files.gltf import UNSIGNED_SHORT, Document, Json, png, square
+from tests.model_files.gltf import UNSIGNED_SHORT, Document, Json, png, png_of_16_bits, square
 
 # float16 of a value between 0 and 1: half a step of 2^-11.
 FLOAT16 = 2.5e-4
@@ -195,6 +195,68 @@ def test_an_image_may_lie_anywhere_and_be_of_any_kind(form: str, tmp_path: Path)
     assert values.shape == (8, 8, 3)
     # ((99 / 255 + 0.055) / 1.055)^2.4 = 0.12477; a JPEG may be off by one.
     np.testing.assert_allclose(values, 0.12477, rtol=0.03 if form == "jpeg" else 5e-4)
+
+
+# Steps of two of 65536: 8 bits tell two of 256 apart.
+_FINE = 20000 + 2 * np.arange(256)
+
+
+def _image(document: Document, file: bytes) -> Json:
+    document.json["images"] = [{"bufferView": document.view(file)}]
+    document.json["textures"] = [{"source": 0}]
+    return {"index": 0}
+
+
+@pytest.mark.parametrize(
+    "channels", ["grey", "grey, alpha", "colour", "colour, alpha", "one clear"]
+)
+def test_a_gradient_finer_than_8_bits_stays_one(channels: str, tmp_path: Path) -> None:
+    up, down = np.tile(_FINE, (4, 1)), np.tile(_FINE[::-1], (4, 1))
+    layers = {
+        "grey": [up],
+        "grey, alpha": [up, down],
+        "colour": [up, down, up],
+        "colour, alpha": [up, down, up, down],
+        "one clear": [up, up, up],
+    }[channels]
+    if channels == "grey":
+        file = png(up.astype(np.uint16))
+    else:
+        clear = (20000,) * 3 if channels == "one clear" else ()
+        file = png_of_16_bits(np.stack(layers, axis=-1), clear)
+    document = square()
+    use = _image(document, file)
+    document.json["materials"] = [{"pbrMetallicRoughness": {"baseColorTexture": use}}]
+    values = loaded(document, tmp_path).textures.base_colour[0].values.astype(np.float64)
+    green = down if channels.startswith("colour") else up
+    alpha = down / 65535.0 if "alpha" in channels else np.ones(up.shape)
+    if channels == "one clear":
+        alpha[:, 0] = 0.0
+    # Half floats: half of 2^-10.
+    for channel, level in enumerate((up, green, up)):
+        linear = ((level / 65535.0 + 0.055) / 1.055) ** 2.4
+        np.testing.assert_allclose(values[..., channel], linear, rtol=5e-4)
+    np.testing.assert_allclose(values[..., 3], alpha, rtol=5e-4)
+
+
+def test_a_normal_image_of_16_bits_tells_tilts_of_a_minute_of_arc(tmp_path: Path) -> None:
+    tilt = np.tile(np.linspace(-0.004, 0.004, 64), (4, 1))
+    normal = np.stack([tilt, np.zeros_like(tilt), np.sqrt(1.0 - tilt**2)], axis=-1)
+    document = square()
+    use = _image(document, png_of_16_bits(np.rint(32767.5 * (normal + 1.0))))
+    document.json["materials"] = [{"normalTexture": use}]
+    found = loaded(document, tmp_path).textures.normal[0].values.astype(np.float64)
+    # Half a step of 16 bits; half floats hold 2^-11 of a small value. 8 bits have steps of 0.008.
+    np.testing.assert_allclose(found[..., 0], tilt, atol=2e-5)
+
+
+def test_a_damaged_image_of_16_bits_is_refused(tmp_path: Path) -> None:
+    file = png_of_16_bits(np.random.default_rng(2).integers(0, 65536, (64, 64, 3)))
+    document = square()
+    use = _image(document, file[: len(file) // 2])
+    document.json["materials"] = [{"pbrMetallicRoughness": {"baseColorTexture": use}}]
+    with pytest.raises(AssetError, match="is not a readable PNG or JPEG file"):
+        loaded(document, tmp_path)
 
 
 def test_a_large_image_is_averaged_down_in_linear_light(tmp_path: Path) -> None:

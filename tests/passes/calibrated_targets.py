@@ -11,7 +11,7 @@ import moderngl
 import numpy as np
 
 from simgl.camera.camera import Camera
-from simgl.camera.projections import Distortion, Fisheye
+from simgl.camera.projections import Distortion, DoubleSphere, Fisheye, Projection
 from simgl.scenario.scenario import Scenario
 from tests.camera.test_projections import BROWN, FISHEYE, PRISM, TILTED
 from tests.scenes import lambert, radiance, scene
@@ -48,10 +48,12 @@ CAMERAS: dict[str, dict[str, Any]] = {
 }
 
 
-def spheres(keys: dict[str, Any], places: Array) -> tuple[Scenario, Array]:
+def spheres(
+    keys: dict[str, Any], places: Array, material: dict[str, Any] | None = None
+) -> tuple[Scenario, Array]:
     """Spheres 7 pixels wide around given pixels, and (n, 4) their centres and radii [m].
 
-    The Sun is behind the camera at the origin.
+    material : grey paint where None; the Sun is behind the camera at the origin
     """
     camera = {
         "position_icrf_m": [0, 0, 0],
@@ -69,7 +71,7 @@ def spheres(keys: dict[str, Any], places: Array) -> tuple[Scenario, Array]:
     radius = float(np.mean(DISTANCE * 3.5 * 1e-4 / np.linalg.norm(step, axis=1)))
     made = {
         f"ball{i}": {
-            "model": {"sphere": {"radius_m": radius, "material": lambert(0.8)}},
+            "model": {"sphere": {"radius_m": radius, "material": material or lambert(0.8)}},
             "position_icrf_m": (DISTANCE * ray).tolist(),
         }
         for i, ray in enumerate(rays)
@@ -86,13 +88,21 @@ def _unit(vectors: Array) -> Array:
 
 def projection(camera: Camera) -> Callable[[Array], Array]:
     """Rays (..., 3) to pixels, by OpenCV where it has the model."""
-    lens, zero = camera.lens.distortion, np.zeros(3)
-    if not isinstance(lens, Distortion | Fisheye):
-        return camera.project
+    lens, matrix = camera.lens.distortion, camera.intrinsics
+    plane = _in_plane(lens)
+    # Here, for of skew OpenCV knows nothing.
+    return lambda rays: plane(rays) @ matrix[:2, :2].T + matrix[:2, 2]
+
+
+def _in_plane(lens: Projection | None) -> Callable[[Array], Array]:
+    """Rays (..., 3) to points (..., 2) of the normalised image plane."""
+    if lens is None:
+        return lambda rays: rays[..., :2] / rays[..., 2:]
+    if isinstance(lens, DoubleSphere):
+        return lambda rays: _double_sphere(rays, lens.xi, lens.alpha)
+    assert isinstance(lens, Distortion | Fisheye)
+    its, unit, zero = dataclasses.asdict(lens), np.eye(3), np.zeros(3)
     cv2 = importlib.import_module("cv2")
-    matrix = camera.intrinsics
-    matrix[:2, 2] -= 0.5
-    its = dataclasses.asdict(lens)
     fisheye = isinstance(lens, Fisheye)
     order = [f"k{i}" for i in range(1, 5)] if fisheye else OPENCV_ORDER
     values = np.array([its[key] for key in order])
@@ -100,19 +110,26 @@ def projection(camera: Camera) -> Callable[[Array], Array]:
 
     def project(rays: Array) -> Array:
         points = np.ascontiguousarray(rays.reshape(-1, 1, 3))
-        found, _ = of.projectPoints(points, zero, zero, matrix, values)
-        pixels = found.reshape(*rays.shape[:-1], 2) + 0.5
-        return np.where(rays[..., 2:] > 0.0, pixels, behind(rays)) if fisheye else pixels
+        found, _ = of.projectPoints(points, zero, zero, unit, values)
+        points = found.reshape(*rays.shape[:-1], 2)
+        return np.where(rays[..., 2:] > 0.0, points, behind(rays)) if fisheye else points
 
     def behind(rays: Array) -> Array:
         """OpenCV's formula with the angle itself in place of the arc of its tangent."""
         across = np.hypot(rays[..., 0], rays[..., 1])
         angle = np.arctan2(across, rays[..., 2])
         radius = angle * (1.0 + sum(k * angle ** (2 * i) for i, k in enumerate(values, 1)))
-        plane = rays[..., :2] * (radius / across)[..., None]
-        return plane @ matrix[:2, :2].T + matrix[:2, 2] + 0.5
+        return rays[..., :2] * (radius / across)[..., None]
 
     return project
+
+
+def _double_sphere(rays: Array, xi: float, alpha: float) -> Array:
+    """Usenko et al. 2018, equations 40 to 45."""
+    x, y, z = np.moveaxis(rays, -1, 0)
+    d1 = np.sqrt(x * x + y * y + z * z)
+    d2 = np.sqrt(x * x + y * y + (xi * d1 + z) ** 2)
+    return rays[..., :2] / (alpha * d2 + (1.0 - alpha) * (xi * d1 + z))[..., None]
 
 
 def centre_of_light(camera: Camera, project: Callable[[Array], Array], sphere: Array) -> Array:

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from simgl.arrays import Array
 from simgl.scenario.scenario import Scenario
+from simgl.scene.mesh import sphere
 from simgl.simulator import Product, Simulator
 from tests.scenes import IN_BANDS, Table, lambert, scene
 
@@ -110,6 +111,35 @@ def sphere_light(centre: Array, phase: float) -> tuple[float, Array]:
     area = solid[:, None] * FOCAL_PX**2 / (-ray[..., 2]) ** 3
     weight = area * np.maximum(normal @ sun(phase), 0.0)
     return _summed(seen, weight)
+
+
+def facet_light(centre: Array, phase: float, parts: int = 12) -> tuple[float, Array]:
+    """The same of the mesh that is drawn for a sphere, with its normals between corners.
+
+    The limb of 192 segments lies up to 1.5e-4 of the radius off: of a crescent of 1000 px at phase
+    150 deg that is a thousandth of the light, and 0.017 px of its centre. The mean of
+    ``parts`` squared places on each triangle; pixels are small beside what is seen.
+    """
+    mesh = sphere(RADIUS)
+    corners = mesh.positions[mesh.triangles] + centre
+    normals = mesh.normals[mesh.triangles].astype(np.float64)
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    lit = np.any(normals @ sun(phase) > 0.0, axis=1)
+    seen = lit & (np.einsum("ij,ij->i", across, corners[:, 0]) < 0.0)
+    corners, normals, across = corners[seen], normals[seen], across[seen]
+    total, moment = 0.0, np.zeros(2)
+    i, j = np.divmod(np.arange(parts * parts), parts)
+    upper = (np.stack([i, j], axis=-1) + 1.0 / 3.0)[i + j < parts]
+    lower = (np.stack([i, j], axis=-1) + 2.0 / 3.0)[i + j < parts - 1]
+    for u, v in np.concatenate([upper, lower]) / parts:
+        weights = np.array([1.0 - u - v, u, v])
+        place, normal = (np.einsum("k,nkj->nj", weights, each) for each in (corners, normals))
+        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+        area = -np.einsum("ij,ij->i", across, place) * 0.5 / parts**2
+        weight = area * FOCAL_PX**2 / (-place[:, 2]) ** 3 * np.maximum(normal @ sun(phase), 0.0)
+        total += float(weight.sum())
+        moment += weight @ (place[:, :2] / -place[:, 2:] * FOCAL_PX * [1.0, -1.0])
+    return IN_BANDS * ALBEDO / np.pi * total, moment / total
 
 
 def box_light(centre: Array, R_icrf_from_body: Rotation, phase: float) -> tuple[float, Array]:

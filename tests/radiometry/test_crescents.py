@@ -17,6 +17,7 @@ from tests.radiometry.far_bodies import (
     SPHERE,
     at,
     centre_of_light,
+    facet_light,
     light,
     place,
     sphere_light,
@@ -46,6 +47,21 @@ def test_the_centre_of_a_crescent_is_right_at_the_coarsest_sampling(
             errors.append(np.hypot(*(centre_of_light(image) - middle)))
             assert image.sum() == pytest.approx(flux, rel=0.01)
     assert max(errors) < 0.02
+
+
+@pytest.mark.parametrize(("size_px", "samples"), [(300.0, 16), (300.0, 40), (1000.0, 5)])
+def test_the_centre_of_a_large_crescent_is_that_of_its_mesh(
+    gl: moderngl.Context, size_px: float, samples: int
+) -> None:
+    """At a phase angle of 150 deg, with fewer samples than its limb needs, and half of these."""
+    phase, pixels = np.radians(150.0), 64 * int(np.ceil((size_px + 4.0) / 64.0))
+    away = FOCAL_PX / size_px
+    with Simulator(view({"body": at(SPHERE, 0.0, 0.0, away)}, size=pixels), gl) as simulator:
+        for x, y in _PLACES[:2]:
+            flux, middle = facet_light(place(x, y, away), phase)
+            image = light(simulator, view({"body": at(SPHERE, x, y, away)}, phase, pixels), samples)
+            assert np.hypot(*(centre_of_light(image) - middle)) < 0.02
+            assert image.sum() == pytest.approx(flux, rel=0.01)
 
 
 @pytest.mark.parametrize("ramp", [0.0, 0.75])
