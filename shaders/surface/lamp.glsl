@@ -90,7 +90,7 @@ LampReceiver lamp_receiver(Surface s, Lamp lamp, vec3 v) {
     float texel_m = texel * dot(v, lamp.axis);
     LampReceiver r;
     r.foot = on_map(lamp, v);
-    r.seen = on_map(lamp, v + SEEN * texel_m * s.wo);
+    r.seen = on_map(lamp, v - SEEN * texel_m * normalize(s.place));
     // The smooth surface that the normals stand for lies above its facets by the sagitta of an edge;
     // a quarter of a texel lifts the receiver there.
     v += LIFT * texel_m * s.plain_n;
@@ -382,6 +382,9 @@ vec4 lamp_light(Surface s, vec4 lit) {
     do {
         Lamp lamp = lamp_at(i);
         LampLight light = light_of(s, lamp);
+#ifdef SPREAD_LIGHT
+        light.disc.wi = spread_lamp(light.disc.wi, s.light_time);
+#endif
         vec3 wi = light.disc.wi;
         float facing = disc_cosine(dot(s.n, wi), light.disc.radius) * past_relief(s, wi);
         // With its centre below the surface's own horizon the disc is cut already.

@@ -28,6 +28,7 @@ struct Surface {
     vec4 seen, coat_seen;                // of them in the lobes of base and coat [W m-2 sr-1]
     float sky_share, coat_sky_share;     // what they leave of the Earth's light in these
     float time;          // of its row (common/moving.glsl)
+    float light_time;    // of its light (common/light_spread.glsl)
 };
 
 // Reflectance of clear coats at normal incidence: glass or varnish of index 1.5.

@@ -35,6 +35,9 @@ vec4 sun_light(Surface s, vec4 lit) {
 #ifdef MOVING
     wi = light_at(wi, s.time);
 #endif
+#ifdef SPREAD_LIGHT
+    wi = spread_light(wi, s.light_time);
+#endif
     float facing = disc_cosine(dot(s.n, wi), sun_angular_radius) * past_relief(s, wi);
     // With the Sun's centre below the surface's own horizon disc_cosine has cut the disc already, and
     // no map along the centre's rays can tell more. At most 0.1 % of the full sunlight is left there.

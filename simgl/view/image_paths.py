@@ -17,14 +17,9 @@ from simgl.motion.joints import relative_motion
 from simgl.rays import ray_tracer
 from simgl.scene.posed_mesh import PosedMesh, groups_of_parts
 from simgl.scene.state import CameraState, EarthState
-from simgl.view.exposure_parts import (
-    BENDS,
-    LONGEST_UNEVEN,
-    MIN_BEND,
-    BackgroundPart,
-    ExposurePart,
-)
+from simgl.view.exposure_parts import BackgroundPart, ExposurePart
 from simgl.view.row_clock import camera_from_body
+from simgl.view.snapshot_count import BENDS, LONGEST_UNEVEN, MIN_BEND
 
 # Nodes along the longer edge of a grid, and the least distance between them [px].
 _NODES, _NEAREST_NODES = 20, 4.0
