@@ -1,6 +1,7 @@
-// A snapshot of a spacecraft that turns while the shutter is open: its shading points have the light of
-// times that spread over the part of the exposure for which the snapshot stands
-// (simgl/view/light_spread.py). The sweep over their ways adds them up to the light of all of it.
+// A snapshot of a spacecraft that turns while the shutter is open has the light of all of the part of the
+// exposure for which it stands (simgl/view/light_spread.py): what lobes turn to the viewer is the mean of
+// several times, and of shadows each shading point has those of a time of its own. The sweep over their
+// ways adds these up.
 //
 // Times are counted from the middle of that part, in halves of its length. The surface stays where it is
 // in the middle, and the Sun and the viewer turn about it.
@@ -9,9 +10,22 @@
 
 // So many shading points that add up have light of all times.
 const float ENOUGH_POINTS = 8.0;
+const float SUN_WIDTH = 0.0093, MOST_TIMES = 32.0;   // [rad]
 
-// The time of a shading point's light; camera axes.
-float light_time(vec3 place) {
+// How many times tell the mean of what a lobe turns to the viewer, by its width alpha: a third of that
+// apart, they tell it to 1 %, for a lobe's second derivative is at most 4 of it over the square of alpha,
+// a 24th of which times the square of the step is left. What is narrower the Sun's disc blurs.
+float spread_times(float alpha) {
+    return clamp(ceil(spread_sun.w / max(alpha / 3.0, SUN_WIDTH)), 1.0, MOST_TIMES);
+}
+
+// One of so many times, numbered from 1 on.
+float spread_time(float number, float times) {
+    return (2.0 * number - 1.0) / times - 1.0;
+}
+
+// The time of a shading point's shadows; camera axes.
+float shadow_time(vec3 place) {
     float focal = spread_turn.w, cells = spread_shift.w;
     vec2 sight = place.xy / place.z;
     vec3 rate = cross(spread_turn.xyz, place - camera_from_body[3].xyz) + spread_shift.xyz;

@@ -51,11 +51,6 @@ vec4 earth_light(Surface s, Albedo albedo) {
                   to_sky * light_at(vec3(0.0, 1.0, 0.0), -s.time),
                   to_sky * light_at(vec3(0.0, 0.0, 1.0), -s.time));
 #endif
-#ifdef SPREAD_LIGHT
-    to_sky = mat3(to_sky * spread_light(vec3(1.0, 0.0, 0.0), -s.light_time),
-                  to_sky * spread_light(vec3(0.0, 1.0, 0.0), -s.light_time),
-                  to_sky * spread_light(vec3(0.0, 0.0, 1.0), -s.light_time));
-#endif
     vec2 place = octahedral_place(to_sky * s.n, float(textureSize(sky_irradiance, 0).x));
     vec4 light = s.earth_share * albedo.diffuse / PI * textureLod(sky_irradiance, place, 0.0);
     if (!s.lambertian)

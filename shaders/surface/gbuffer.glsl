@@ -55,11 +55,6 @@ Surface gbuffer_surface(ivec2 at) {
     s.place = (pose * vec4(s.body, 1.0)).xyz;
     s.wo = normalize(-s.place);
     s.facet = dot(face_normal.xyz, s.wo) < 0.0 ? -face_normal.xyz : face_normal.xyz;
-    s.light_time = 0.0;
-#ifdef SPREAD_LIGHT
-    s.light_time = light_time(s.place);
-    s.wo = spread_viewer(s.place, s.light_time);
-#endif
     s.n = normal_roughness.xyz;
     s.plain_n = s.n;
     vec4 law = material_law[material];   // metallic, roughness, 1 if Lambertian, 1 if it conserves

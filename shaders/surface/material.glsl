@@ -28,11 +28,16 @@ struct Surface {
     vec4 seen, coat_seen;                // of them in the lobes of base and coat [W m-2 sr-1]
     float sky_share, coat_sky_share;     // what they leave of the Earth's light in these
     float time;          // of its row (common/moving.glsl)
-    float light_time;    // of its light (common/light_spread.glsl)
 };
 
 // Reflectance of clear coats at normal incidence: glass or varnish of index 1.5.
 const float COAT_F0 = 0.04;
+
+// Width of its narrowest lobe.
+float narrowest_lobe(Surface s) {
+    float base = s.lambertian ? 1.0 : s.alpha;
+    return s.coat > 0.0 ? min(base, s.coat_alpha) : base;
+}
 
 float viewer_cosine(Surface s) {
     // An interpolated normal can lean away from the viewer by a facet's angle.

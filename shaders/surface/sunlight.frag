@@ -153,7 +153,7 @@ void main() {
     wi = light_at(wi, time);
 #endif
 #ifdef SPREAD_LIGHT
-    wi = spread_light(wi, light_time(place));
+    wi = spread_light(wi, shadow_time(place));
 #endif
 #ifdef MOVING
     // Seen from the body, in the camera's axes of the middle of the exposure's part.

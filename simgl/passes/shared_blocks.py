@@ -84,7 +84,8 @@ SPACECRAFT = Block(
             ("light_turn", "f4", 4),
             # Where its light spreads over times (shaders/common/light_spread.glsl): rotation
             # vectors by which half the exposure turns it against the camera and the stars, and its
-            # shift, camera axes [rad, m]; focal length [px], and cells along the edge of a pixel.
+            # shift, camera axes [rad, m]; beside them the focal length [px], the angle of the
+            # larger turn from start to end [rad], and cells along the edge of a pixel.
             ("spread_turn", "f4", 4),
             ("spread_sun", "f4", 4),
             ("spread_shift", "f4", 4),
@@ -258,7 +259,9 @@ def spacecraft_values(view: SpacecraftView, air: AirBetween | None = None) -> di
         "pose_third": _standing if motion is None else motion.third,
         "light_turn": np.zeros(4) if motion is None else (*motion.light_turn, 0.0),
         "spread_turn": np.zeros(4) if spread is None else (*spread.turn, spread.focal_px),
-        "spread_sun": np.zeros(4) if spread is None else (*spread.turn_in_space, 0.0),
+        "spread_sun": np.zeros(4)
+        if spread is None
+        else (*spread.turn_in_space, 2.0 * spread.farthest),
         "spread_shift": np.zeros(4) if spread is None else (*spread.shift, spread.cells),
         "row_clock": (0.0, 0.0) if motion is None else motion.line,
         "row_curve": _no_curve

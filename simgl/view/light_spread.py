@@ -1,7 +1,8 @@
 """How light on a spacecraft changes over the part of an exposure for which a snapshot stands.
 
-The snapshot is shaded once, each of its shading points with the light of a time of its own; these
-times spread evenly over the part (``shaders/common/light_spread.glsl``).
+The snapshot is shaded once, with the mean of what its lobes turn to the viewer at several times.
+Each of its shading points has shadows of a time of its own; these times spread evenly over the part
+(``shaders/common/light_spread.glsl``).
 """
 
 from __future__ import annotations
@@ -37,6 +38,11 @@ class LightSpread:
     shift: Array
     focal_px: float
     cells: float = 1.0
+
+    @property
+    def farthest(self) -> float:
+        """Angle of the larger turn [rad]."""
+        return max(float(np.linalg.norm(turn)) for turn in (self.turn, self.turn_in_space))
 
 
 def light_spread(seen: Sequence[tuple[CameraState, BodyState]], share: float) -> LightSpread | None:

@@ -24,7 +24,7 @@ LARGEST_TURN = float(np.radians(1.0))
 # its surfaces is that of the middle: a cosine's mean over the larger turn is less by a 24th of its
 # square, 0.2 %; and where a surface begins to be lit just then, by a 16th of it, 1.3 % of its full
 # light.
-GLOSSY_TURN, MATT_TURN = float(np.radians(4.0)), float(np.radians(12.0))
+GLOSSY_TURN, MATT_TURN = float(np.radians(5.0)), float(np.radians(12.0))
 # How far what hides something else moves against it in one snapshot [px].
 LARGEST_STEP = 1.0
 # The longest way along which one snapshot is swept [px].
