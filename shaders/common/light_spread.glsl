@@ -10,13 +10,13 @@
 
 // So many shading points that add up have light of all times.
 const float ENOUGH_POINTS = 8.0;
-const float SUN_WIDTH = 0.0093, MOST_TIMES = 32.0;   // [rad]
+const float SUN_WIDTH = 0.0093, MAX_TIMES = 32.0;   // [rad]
 
 // How many times tell the mean of what a lobe turns to the viewer, by its width alpha: a third of that
 // apart, they tell it to 1 %, for a lobe's second derivative is at most 4 of it over the square of alpha,
 // a 24th of which times the square of the step is left. What is narrower the Sun's disc blurs.
 float spread_times(float alpha) {
-    return clamp(ceil(spread_sun.w / max(alpha / 3.0, SUN_WIDTH)), 1.0, MOST_TIMES);
+    return clamp(ceil(spread_sun.w / max(alpha / 3.0, SUN_WIDTH)), 1.0, MAX_TIMES);
 }
 
 // One of so many times, numbered from 1 on.
