@@ -138,7 +138,7 @@ def _of_outline(states: Sequence[SceneState], name: str, body: str, exposed: flo
         return 1.0
     sights = np.einsum("tji,tj->ti", poses[:, :3, :3], poses[:, :3, 3])
     sides = [angle_between(one, other) for one, other in pairwise(sights)]
-    least = exposed * float(np.sum(sides)) / _OTHER_SIDE
+    wanted = exposed * float(np.sum(sides)) / _OTHER_SIDE
     times = np.linspace(-1.0, 1.0, len(states))
     within = exposed * np.linspace(-1.0, 1.0, _STEPS + 1)
     hull = states[len(states) // 2].bodies[body].model.posed_mesh.hull
@@ -152,13 +152,13 @@ def _of_outline(states: Sequence[SceneState], name: str, body: str, exposed: flo
         *turned.shape[:2], 2
     )
     if not np.isfinite(places).all():
-        return least
+        return wanted
     size = np.array([camera.detector.width, camera.detector.height])
     in_view = np.all((places > 0.0) & (places < size), axis=-1)
-    least = max(least, _of_arcs(places, in_view))
+    wanted = max(wanted, _of_arcs(places, in_view))
     for count in _COUNTS:
         if np.sqrt(np.mean(_misplaced(places, in_view, count) ** 2)) < _MISPLACED:
-            return max(float(count), least)
+            return max(float(count), wanted)
     return float(MAX_PARTS)
 
 
