@@ -3,6 +3,7 @@
 //
 // Times are counted from the middle of a part of the exposure, in halves of its length.
 #include "block/spacecraft"
+#include "common/turn.glsl"
 
 const int ROW_DEGREE = 7;   // of simgl/camera/row_curve.py
 const float FARTHEST_TIME = 2.0, SLOWEST_ROWS = 0.25;   // as there
@@ -54,8 +55,5 @@ float seen_time(vec3 place, vec3 rate) {
 
 // A direction that stands still in space at a time, of which camera axes at time 0 are given.
 vec3 light_at(vec3 direction, float time) {
-    // Half the turn's tangent along its axis (Rodrigues).
-    vec3 turn = 0.5 * time * light_turn.xyz;
-    turn *= 1.0 + dot(turn, turn) / 3.0;
-    return direction + 2.0 / (1.0 + dot(turn, turn)) * cross(turn, direction + cross(turn, direction));
+    return turned(direction, time * light_turn.xyz);
 }

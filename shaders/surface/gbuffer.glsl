@@ -1,8 +1,13 @@
 #include "gbuffer/page_places.glsl"
 #include "surface/layers.glsl"
 #include "surface/material.glsl"
+// A file is included once: here, since others include this one only where they are wanted.
+#include "common/turn.glsl"
 #ifdef MOVING
 #include "common/moving.glsl"
+#endif
+#ifdef SPREAD_LIGHT
+#include "common/light_spread.glsl"
 #endif
 #ifdef LAYERED
 #define GROUPED

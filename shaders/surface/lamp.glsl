@@ -373,6 +373,19 @@ vec4 lamps_lit(Surface s) {
     return lit;
 }
 
+// Radiance of a lamp's light that a surface turns to the viewer, by its intensity [sr-1 m-2].
+//
+// lit : share of it that reaches the surface
+vec4 reflected_lamp(Surface s, LampLight light, float lit) {
+    vec3 wi = light.disc.wi;
+    float facing = disc_cosine(dot(s.n, wi), light.disc.radius) * past_relief(s, wi);
+    // With its centre below the surface's own horizon the disc is cut already.
+    float reached = light.beam * facing * (dot(s.n, wi) > 0.0 ? lit : 1.0);
+    vec4 reflected = vec4(0.0);
+    if (reached > 0.0) reflected = reflection(s, light.disc) * (reached / (light.r * light.r));
+    return reflected;
+}
+
 // Radiance of the lamps' light that a surface turns to the viewer [W m-2 sr-1].
 //
 // lit : share of each lamp's light that reaches it
@@ -382,12 +395,21 @@ vec4 lamp_light(Surface s, vec4 lit) {
     do {
         Lamp lamp = lamp_at(i);
         LampLight light = light_of(s, lamp);
+#ifdef SPREAD_LIGHT
+        // By a lamp that goes along with the camera.
         vec3 wi = light.disc.wi;
-        float facing = disc_cosine(dot(s.n, wi), light.disc.radius) * past_relief(s, wi);
-        // With its centre below the surface's own horizon the disc is cut already.
-        float reached = light.beam * facing * (dot(s.n, wi) > 0.0 ? lit[i] : 1.0);
-        if (reached > 0.0)
-            radiance += reflection(s, light.disc) * lamp.intensity * (reached / (light.r * light.r));
+        vec4 reflected = vec4(0.0);
+        float times = spread_times(narrowest_lobe(s)), left = times;
+        do {
+            float time = spread_time(left, times);
+            s.wo = spread_viewer(s.place, time);
+            light.disc.wi = spread_lamp(wi, time);
+            reflected += reflected_lamp(s, light, lit[i]);
+        } while (--left > 0.0);
+        radiance += reflected / times * lamp.intensity;
+#else
+        radiance += reflected_lamp(s, light, lit[i]) * lamp.intensity;
+#endif
     } while (++i < lamp_count);
     return radiance;
 }

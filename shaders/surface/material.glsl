@@ -33,6 +33,12 @@ struct Surface {
 // Reflectance of clear coats at normal incidence: glass or varnish of index 1.5.
 const float COAT_F0 = 0.04;
 
+// Width of its narrowest lobe.
+float narrowest_lobe(Surface s) {
+    float base = s.lambertian ? 1.0 : s.alpha;
+    return s.coat > 0.0 ? min(base, s.coat_alpha) : base;
+}
+
 float viewer_cosine(Surface s) {
     // An interpolated normal can lean away from the viewer by a facet's angle.
     return clamp(dot(s.n, s.wo), 1e-4, 1.0);

@@ -27,14 +27,10 @@ vec4 sunlight_at(ivec2 at) {
     return lit;
 }
 
-// Radiance of the sunlight that a surface turns to the viewer [W m-2 sr-1].
+// Radiance of sunlight from a direction that a surface turns to the viewer [W m-2 sr-1].
 //
 // lit : the share of it that passes the casters, per band
-vec4 sun_light(Surface s, vec4 lit) {
-    vec3 wi = sun_direction.xyz;
-#ifdef MOVING
-    wi = light_at(wi, s.time);
-#endif
+vec4 sun_light_from(Surface s, vec3 wi, vec4 lit) {
     float facing = disc_cosine(dot(s.n, wi), sun_angular_radius) * past_relief(s, wi);
     // With the Sun's centre below the surface's own horizon disc_cosine has cut the disc already, and
     // no map along the centre's rays can tell more. At most 0.1 % of the full sunlight is left there.
@@ -45,4 +41,24 @@ vec4 sun_light(Surface s, vec4 lit) {
         light = reflection(s, disc) * irradiance;
     }
     return light;
+}
+
+// Radiance of the sunlight that a surface turns to the viewer [W m-2 sr-1].
+vec4 sun_light(Surface s, vec4 lit) {
+    vec3 wi = sun_direction.xyz;
+#ifdef MOVING
+    wi = light_at(wi, s.time);
+#endif
+#ifdef SPREAD_LIGHT
+    vec4 light = vec4(0.0);
+    float times = spread_times(narrowest_lobe(s)), left = times;
+    do {
+        float time = spread_time(left, times);
+        s.wo = spread_viewer(s.place, time);
+        light += sun_light_from(s, spread_light(wi, time), lit);
+    } while (--left > 0.0);
+    return light / times;
+#else
+    return sun_light_from(s, wi, lit);
+#endif
 }

@@ -12,8 +12,13 @@
 #include "gbuffer/cells.glsl"
 #include "surface/disc.glsl"
 #include "surface/unknown_sunlight.glsl"
+// A file is included once: here, since others include this one only where they are wanted.
+#include "common/turn.glsl"
 #ifdef MOVING
 #include "common/moving.glsl"
+#endif
+#ifdef SPREAD_LIGHT
+#include "common/light_spread.glsl"
 #endif
 
 #if defined(SEARCH) || defined(NEIGHBOURS)
@@ -145,11 +150,19 @@ void main() {
         body_from_camera * place_step(place, facet, sample_steps[0].xyz),
         body_from_camera * place_step(place, facet, sample_steps[1].xyz));
 #ifdef MOVING
+    wi = light_at(wi, time);
+#endif
+#ifdef SPREAD_LIGHT
+    wi = spread_light(wi, shadow_time(place));
+#endif
+#ifdef MOVING
     // Seen from the body, in the camera's axes of the middle of the exposure's part.
     mat3 to_middle = mat3(camera_from_body) * body_from_camera;
     n = to_middle * n;
     facet = to_middle * facet;
-    wi = normalize(to_middle * light_at(wi, time));
+    wi = normalize(to_middle * wi);
+#endif
+#if defined(MOVING) || defined(SPREAD_LIGHT)
     vec3 to_sun = mat3(light_from_camera) * wi;
     lean = to_sun.xy / to_sun.z;
 #endif

@@ -141,8 +141,7 @@ class GlossyPass:
 
 
 def _variant(drawn: DrawnSpacecraft) -> tuple[str, ...]:
-    motion = drawn.view.motion
-    variant = () if motion is None else motion.variant
+    variant = drawn.view.lit_variant
     if "DETAILED" in drawn.view.model.variant:
         variant += ("DETAILED",)
     # What is near may be seen where none of its light arrives.

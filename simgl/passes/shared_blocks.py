@@ -82,6 +82,13 @@ SPACECRAFT = Block(
             ("pose_third", "f4", (4, 4)),
             # Rotation vector by which a time turns the directions of the light, camera axes [rad].
             ("light_turn", "f4", 4),
+            # Where its light spreads over times (shaders/common/light_spread.glsl): rotation
+            # vectors by which half the exposure turns it against the camera and the stars, and its
+            # shift, camera axes [rad, m]; beside them the focal length [px], the angle of the
+            # larger turn from start to end [rad], and cells along the edge of a pixel.
+            ("spread_turn", "f4", 4),
+            ("spread_sun", "f4", 4),
+            ("spread_shift", "f4", 4),
             # Turns directions to the axes of the environment probe.
             ("sky_from_camera", "f4", (4, 4)),
             ("sun_direction", "f4", 4),
@@ -244,13 +251,18 @@ def spacecraft_values(view: SpacecraftView, air: AirBetween | None = None) -> di
 
     air : before it
     """
-    motion = view.motion
+    motion, spread = view.motion, view.light_spread
     return {
         "camera_from_body": view.camera_from_body,
         "pose_rate": _standing if motion is None else motion.rate,
         "pose_change": _standing if motion is None else motion.change,
         "pose_third": _standing if motion is None else motion.third,
         "light_turn": np.zeros(4) if motion is None else (*motion.light_turn, 0.0),
+        "spread_turn": np.zeros(4) if spread is None else (*spread.turn, spread.focal_px),
+        "spread_sun": np.zeros(4)
+        if spread is None
+        else (*spread.turn_in_space, 2.0 * spread.farthest),
+        "spread_shift": np.zeros(4) if spread is None else (*spread.shift, spread.cells),
         "row_clock": (0.0, 0.0) if motion is None else motion.line,
         "row_curve": _no_curve
         if motion is None or motion.curve is None

@@ -210,6 +210,6 @@ class SunlightPass:
 
 
 def _variant(view: SpacecraftView) -> tuple[str, ...]:
-    motion = () if view.motion is None else view.motion.variant
     casters = view.shadow.maps[0].casters
-    return (*motion, "SHEETS") if any(c.model.open_sheets for c in casters) else motion
+    sheets = any(c.model.open_sheets for c in casters)
+    return (*view.lit_variant, "SHEETS") if sheets else view.lit_variant

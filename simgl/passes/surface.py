@@ -116,8 +116,7 @@ class SurfacePass:
         }
         variant = [d for d in drawn.view.model.variant if d != "CUT_OUT"]
         variant += [define for define, wanted in optional.items() if wanted]
-        motion = drawn.view.motion
-        variant += [] if motion is None else motion.variant
+        variant += drawn.view.lit_variant
         plain = self._lit_for(tuple(d for d in variant if d not in ("LAYERED", "JOINTED")))
         layered = self._lit_for(tuple(variant)) if "LAYERED" in variant else None
         draw_by_material(target, points, plain, layered)

@@ -5,9 +5,9 @@
 ``shadow_views``, ``lamp_views`` and ``aerial_perspective`` for each spacecraft, ``background``
 (with ``celestial`` and ``background_tiles``) for what lies behind. ``lidar_pulse`` is the view of a
 flash lidar, ``image_motion`` says how far anything moves in an image, ``exposure_parts`` what is
-then drawn over its exposure, ``exposure_views`` in which layers, and ``image_paths`` how these
-move. ``thermal_exposure`` is that of thermal detectors, and ``row_clock`` says where spacecraft are
-at their rows' own times.
+then drawn over its exposure, ``snapshot_count`` how often, ``exposure_views`` in which layers, and
+``image_paths`` how these move, ``light_spread`` how light on them changes. ``thermal_exposure`` is
+that of thermal detectors, and ``row_clock`` says where spacecraft are at their rows' own times.
 
 A view is plain data without OpenGL. It imports scene, physics, camera and radiosity; passes import
 it. What depends on the camera and is the same for all pixels belongs here.

@@ -26,7 +26,6 @@ from simgl.camera.rolling_shutter import (
 from simgl.scene.state import CameraState, SceneState
 from simgl.view.image_motion import (
     background_motion,
-    motion_between,
     spacecraft_motion,
     turn_of_bodies,
     turn_of_camera,
@@ -34,29 +33,15 @@ from simgl.view.image_motion import (
 )
 from simgl.view.raster_tiles import rows_of
 from simgl.view.row_clock import RowClock, camera_from_body
+from simgl.view.snapshot_count import LARGEST_TURN, LONGEST_WAY, outline, snapshot_count
 
-# Turn of a body against the Sun that is lit as at its middle, and of a joint [rad]. The light then
-# comes from within half a degree of where it should, as from the Sun's own disc.
-LARGEST_TURN = float(np.radians(1.0))
-# The same of a body whose rows have sunlight and its shadows at their own times: only the light
-# between its surfaces is that of the middle.
+# Turn of a body whose rows have sunlight and its shadows at their own times: only the light between
+# its surfaces is that of the middle [rad].
 LARGEST_TURN_IN_ROWS = float(np.radians(8.0))
 # And of the camera, for how its turn is told (``row_clock``).
 LARGEST_TURN_OF_CAMERA = float(np.radians(20.0))
 # How far sunlight may lean against the shadow maps that it is looked up in [rad].
 LARGEST_LEAN = float(np.radians(10.0))
-# How far what hides something else moves against it in one snapshot [px].
-LARGEST_STEP = 1.0
-# The longest way along which one snapshot is swept [px].
-LONGEST_WAY = 400.0
-# The same where rows have their own times: the samples of slanting edges leave 0.016 px in each row
-# of a snapshot, and longer ways show other sides of what comes past. Several snapshots even it out.
-LONGEST_WAY_IN_ROWS = 60.0
-# How far the ends of a way may be off an even motion through its middle to be swept as one: so many
-# pixels in all, or one in so many of the way. A way that turns back is none from end to end.
-MIN_BEND, BENDS = 0.25, 4.0
-# The longest way of what is farther off, along which it is swept pixel by pixel [px].
-LONGEST_UNEVEN = 160.0
 # Steps in which the snapshot grows around the image, so that its textures last [px].
 _MARGIN_STEP = 16
 
@@ -89,6 +74,11 @@ class ExposurePart:
     after: SceneState | None = None
     shadows: SceneState | None = None
     shadow_turn: float = 0.0
+
+    @property
+    def blurs(self) -> bool:
+        """Whether anything moves within the exposure of a row."""
+        return self.first is not self.state
 
     def camera_of(self, state: SceneState) -> CameraState:
         """The camera in one of the states."""
@@ -159,7 +149,7 @@ class MovingScene:
             half = 0.5 * (clock.end - clock.first) * row_time
         span = half + 0.5 * length
         state = self.at(middle)
-        shadows, shadow_turn = self._shadows(state, middle, half)
+        shadows, shadow_turn = self._shadows(state, middle, span if self.blurs else half)
         return ExposurePart(
             name=self.camera.name,
             state=state,
@@ -184,6 +174,7 @@ class MovingScene:
         Maps cost more than all else where a spacecraft turns: parts that turn by little share them.
 
         state : at the moment
+        half : of the time that is seen
         """
         length = duration(self.camera)
         in_part = 2.0 * half / length * self.turned
@@ -238,11 +229,19 @@ def moving_scene(
     if not moves_behind and lean <= LEAN and blur <= BLUR:
         return None
     blurs, exposed = blur > BLUR, camera.exposure_time / duration(camera)
+    times: tuple[SceneState, ...] = (ends[0], state, ends[1])
+    count = 1
+    if blurs:
+        # Of more than half a turn the ends tell no more.
+        between = seen_by(camera)(-0.5 * half), seen_by(camera)(0.5 * half)
+        times = ends[0], between[0], state, between[1], ends[1]
+        count = snapshot_count(times, name, exposed, blur, rows=lean > LEAN)
+    turned = sum(turn_of_bodies(one, other) for one, other in pairwise(times))
     drawn = camera
     if blurs or moves_behind:
         ways = np.zeros(2)
         if blurs:
-            ways = exposed * _ways_in((ends[0], state, ends[1]), name)
+            ways = _ways_in((ends[0], state, ends[1]), name, exposed / count, turned)
         if moves_behind:
             ways = np.maximum(ways, _ways_behind(ends, name))
         drawn = _with_margin(camera, np.minimum(ways, max(blur, behind)))
@@ -259,14 +258,6 @@ def moving_scene(
         )
         states = tuple(_seen_by(one, name, drawn) for one in (state, *ends))
         rows = _rows(drawn, _rows_used(states, name), turns, lean)
-    snapshots = 1.0
-    turned = sum(turn_of_bodies(state, end) for end in ends)
-    if blurs:
-        lit = exposed * max(turned, sum(turn_of_joints(state, end) for end in ends))
-        against = sum(motion_between(state, end, name) for end in ends) * exposed
-        longest = LONGEST_WAY_IN_ROWS if rows else LONGEST_WAY
-        uneven = _uneven((ends[0], state, ends[1]), name, exposed)
-        snapshots = max(lit / LARGEST_TURN, blur / longest, against / LARGEST_STEP, uneven)
     return MovingScene(
         camera=camera,
         drawn=drawn,
@@ -275,7 +266,7 @@ def moving_scene(
             (drawn.detector.height - camera.detector.height) // 2,
         ),
         at=seen_by(drawn),
-        count=int(np.clip(np.ceil(snapshots), 1, MAX_PARTS)),
+        count=count,
         blurs=blurs,
         behind_count=int(np.clip(np.ceil(behind / LONGEST_WAY), 1, MAX_PARTS)) * moves_behind,
         rows=rows,
@@ -302,49 +293,33 @@ def _with_margin(camera: Camera, ways: Array) -> Camera:
     return replace(camera, detector=replace(d, width=d.width + 2 * x, height=d.height + 2 * y))
 
 
-def _ways_in(states: tuple[SceneState, SceneState, SceneState], name: str) -> Array:
+def _ways_in(
+    states: tuple[SceneState, SceneState, SceneState], name: str, share: float, turned: float
+) -> Array:
     """(2,) how far along x and y spacecraft move that reach beyond the image [px]; 0 for none.
 
     states : from the start to the end
+    share : of that time in which they do so
+    turned : in all of it [rad]
     """
     camera = states[0].cameras[name].camera
     size = np.array([camera.detector.width, camera.detector.height])
     ways = np.zeros(2)
     for body in states[1].bodies:
-        outlines = [_outline(state, name, body) for state in states]
+        outlines = [outline(state, name, body) for state in states]
         if not np.isfinite(outlines).all():
             return np.full(2, np.inf)
         first, middle, last = outlines
         if np.any((middle < 0.0) | (middle > size)):
-            for end in (first, last):
-                ways = np.maximum(ways, 2.0 * np.abs(end - middle).max(axis=0))
-    return ways
-
-
-def _uneven(states: tuple[SceneState, SceneState, SceneState], name: str, exposed: float) -> float:
-    """How many snapshots it takes until spacecraft move nearly evenly in each, or not far.
-
-    states : from the start to the end
-    exposed : share of that time in which a row sees them
-    """
-    count = 1.0
-    for body in states[1].bodies:
-        first, middle, last = (_outline(state, name, body) for state in states)
-        bend = exposed**2 * np.abs(last + first - 2.0 * middle).max()
-        way = exposed * np.abs((last - first).mean(axis=0)).max()
-        if np.isfinite(bend):
-            longest = 2.0 * exposed * max(np.abs(end - middle).max() for end in (first, last))
-            even = min(np.sqrt(bend / MIN_BEND), BENDS * bend / max(way, 1e-6))
-            count = max(count, min(even, longest / LONGEST_UNEVEN))
-    return float(count)
-
-
-def _outline(state: SceneState, name: str, body: str) -> Array:
-    """(n, 2) of the corners of a body's hull [px]."""
-    placed, seen = state.cameras[name], state.bodies[body]
-    matrix = camera_from_body(placed, seen)
-    hull = seen.model.posed_mesh.hull @ matrix[:3, :3].T + matrix[:3, 3]
-    return placed.camera.project(hull)
+            way, bend = np.abs(last - first), np.abs(last + first - 2.0 * middle)
+            # Where they are fastest.
+            fastest = share * (way + (2.0 - share) * bend)
+            ways = np.maximum(ways, fastest.max(axis=0))
+    if turned > 0.5 * np.pi:
+        # Where they turn far, either axis may be that along which they are the fastest.
+        return np.full(2, ways.max())
+    # An arc is longer than its chord.
+    return ways / float(np.sinc(turned / (2.0 * np.pi)))
 
 
 def _ways_behind(ends: tuple[SceneState, SceneState], name: str) -> Array:

@@ -21,6 +21,7 @@ from simgl.scene.state import CameraState, SceneState, SunSeen
 from simgl.view.background import Background, background
 from simgl.view.exposure_parts import ExposurePart
 from simgl.view.lamp_views import LampView, lamp_views
+from simgl.view.light_spread import light_spread
 from simgl.view.raster_tiles import RasterTile, pixel_centre_tile, raster_tiles
 from simgl.view.row_clock import RowClock, pose_motion
 from simgl.view.spacecraft_view import ShadowsOf, SpacecraftView, spacecraft_views
@@ -144,6 +145,8 @@ def frame_view(
         )
         if part is not None and rows is not None:
             views = [_moving(view, part, rows, real, seen) for view in views]
+        if part is not None and part.blurs:
+            views = [_lit_by_time(view, part, real, seen) for view in views]
         lamps = lamp_views(state, camera)
         return FrameView(
             camera=real,
@@ -192,6 +195,18 @@ def _moving(
     ]
     motion = pose_motion(rows, camera, field, seen)
     return replace(view, motion=motion) if motion.moves else view
+
+
+def _lit_by_time(
+    view: SpacecraftView, part: ExposurePart, camera: Camera, field: PinholeField | None
+) -> SpacecraftView:
+    """A spacecraft with the light of all of a part of an exposure."""
+    states = part.first, part.state, part.last
+    seen = [
+        (_through(state.cameras[camera.name], field), state.bodies[view.name]) for state in states
+    ]
+    share = 0.5 * part.exposure_time / part.half_span
+    return replace(view, light_spread=light_spread(seen, share))
 
 
 def behind_spacecraft(view: FrameView, state: SceneState) -> FrameView:

@@ -40,11 +40,14 @@ def turn_of_camera(first: SceneState, second: SceneState, camera: str) -> float:
 
 def turn_of_bodies(first: SceneState, second: SceneState) -> float:
     """Largest angle by which a body turns against the stars [rad]."""
-    turned = [0.0]
-    for name, before in first.bodies.items():
-        after = second.bodies[name]
-        turned.append(_angle(after.pose.R_icrf_from_body @ before.pose.R_icrf_from_body.T))
-    return max(turned)
+    return max(
+        (turn_of_body(one, second.bodies[n]) for n, one in first.bodies.items()), default=0.0
+    )
+
+
+def turn_of_body(before: BodyState, after: BodyState) -> float:
+    """Angle by which it turns against the stars [rad]."""
+    return _angle(after.pose.R_icrf_from_body @ before.pose.R_icrf_from_body.T)
 
 
 def turn_of_joints(first: SceneState, second: SceneState) -> float:

@@ -17,14 +17,9 @@ from simgl.motion.joints import relative_motion
 from simgl.rays import ray_tracer
 from simgl.scene.posed_mesh import PosedMesh, groups_of_parts
 from simgl.scene.state import CameraState, EarthState
-from simgl.view.exposure_parts import (
-    BENDS,
-    LONGEST_UNEVEN,
-    MIN_BEND,
-    BackgroundPart,
-    ExposurePart,
-)
+from simgl.view.exposure_parts import BackgroundPart, ExposurePart
 from simgl.view.row_clock import camera_from_body
+from simgl.view.snapshot_count import BENDS, LONGEST_UNEVEN, MIN_BEND
 
 # Nodes along the longer edge of a grid, and the least distance between them [px].
 _NODES, _NEAREST_NODES = 20, 4.0
@@ -163,24 +158,25 @@ def _extended(
 ) -> Array32:
     """(rows, columns, 4) ways at all nodes, beyond an outline as at those nearest within it.
 
-    An even turn or zoom goes on beyond it, and bends the ways: both are told by the linear change
-    of the velocities over the snapshot.
+    An even turn or zoom goes on beyond it, and bends the ways: it is told by the linear change of
+    velocities and bends over the snapshot.
     """
     middle = nodes[hit].mean(axis=0)
     scale = max(float(np.ptp(nodes)), 1.0)
     terms = np.column_stack([np.ones(len(nodes)), (nodes - middle) / scale])
-    fit, *_ = np.linalg.lstsq(terms[hit], velocity[hit], rcond=None)
+    motion = np.concatenate([velocity, bend], axis=-1)
+    fit, *_ = np.linalg.lstsq(terms[hit], motion[hit], rcond=None)
     even = terms @ fit
-    change = fit[1:].T / scale
-    uneven = np.concatenate([velocity - even, bend], axis=-1)
+    change = fit[1:, :2].T / scale
+    uneven = motion - even
     lost = np.flatnonzero(~hit)
     if lost.size:
         inside = np.flatnonzero(hit)
         near = ((nodes[lost, None] - nodes[inside]) ** 2).sum(axis=-1) ** -_NEAR
         uneven[lost] = near / near.sum(axis=1, keepdims=True) @ uneven[inside]
-    ways = even + uneven[:, :2]
+    ways, bends = np.split(even + uneven, 2, axis=-1)
     # From a place back to where it came from: the change of velocity on the way, less the bend.
-    curves = ways @ change.T - 2.0 * uneven[:, 2:]
+    curves = ways @ change.T - 2.0 * bends
     return np.concatenate([ways, curves], axis=-1).astype(np.float32).reshape(*shape, 4)
 
 

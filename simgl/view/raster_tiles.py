@@ -404,12 +404,14 @@ def tile_of(
             size=(per_pixel * width, per_pixel * height), raster_from_cell=raster_from_cell
         )
         edges = _edges(shift @ camera.intrinsics, width, height)
+        cells_per_px = float(per_pixel)
     else:
         raster_from_camera = window.raster_from_image @ camera.intrinsics
         size = np.array(window.size)
         columns, rows_of_cells = (edge // WINDOW_CELL for edge in window.size)
         cells = CellGrid(size=(columns, rows_of_cells), raster_from_cell=WINDOW_CELL * np.eye(2, 3))
         edges = _float32(np.zeros((4, 4)))
+        cells_per_px = float(np.sqrt(window.samples_per_pixel)) / WINDOW_CELL
     rows = 2.0 * raster_from_camera / size[:, None] - np.array([0.0, 0.0, 1.0])
     slices = []
     for near, far in depths:
@@ -434,7 +436,7 @@ def tile_of(
         sample_steps=_float32(steps),
         sight_origin=_float32(origin),
         cells=cells,
-        spacecraft=spacecraft,
+        spacecraft=tuple(one.in_cells(cells_per_px) for one in spacecraft),
         window=window,
     )
 

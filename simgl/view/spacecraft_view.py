@@ -15,6 +15,7 @@ from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import BodyState, CameraState, EarthState, SceneState
 from simgl.view.aerial_perspective import AirSegment, air_between
 from simgl.view.background import SkyView, sky_view
+from simgl.view.light_spread import LightSpread
 from simgl.view.near_spacecraft import NearGroup, near_groups
 from simgl.view.row_clock import PoseMotion, camera_from_body
 from simgl.view.shadow_views import ShadowView, TurnedFrom, shadow_view
@@ -36,6 +37,7 @@ class SpacecraftView:
     near : those that it exchanges light with; None for none
     air : on the way to the camera; None where there is none
     motion : while rows are exposed one after the other; None where it stands still for all of them
+    light_spread : while the shutter is open; None where it has the light of one time
     """
 
     name: str
@@ -52,6 +54,19 @@ class SpacecraftView:
     near: NearGroup | None = None
     air: AirSegment | None = None
     motion: PoseMotion | None = None
+    light_spread: LightSpread | None = None
+
+    @property
+    def lit_variant(self) -> tuple[str, ...]:
+        """What shaders of its light are defined by."""
+        motion = () if self.motion is None else self.motion.variant
+        return motion if self.light_spread is None else (*motion, "SPREAD_LIGHT")
+
+    def in_cells(self, per_pixel: float) -> SpacecraftView:
+        """The same where a pixel has so many cells along its edge."""
+        if self.light_spread is None:
+            return self
+        return replace(self, light_spread=replace(self.light_spread, cells=per_pixel))
 
     @cached_property
     def sky_from_camera(self) -> Array:

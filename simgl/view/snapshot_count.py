@@ -1,0 +1,201 @@
+"""How many snapshots of an exposure it takes, each swept along its ways (``exposure_parts``)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from scipy.spatial.transform import Rotation, Slerp
+
+from simgl.arrays import Array
+from simgl.camera.rolling_shutter import MAX_PARTS
+from simgl.physics.frames import angle_between
+from simgl.scene.spacecraft import SpacecraftModel
+from simgl.scene.state import SceneState
+from simgl.view.image_motion import motion_between, turn_of_body, turn_of_joints
+from simgl.view.row_clock import camera_from_body
+
+# Turn of a joint whose parts are lit as at its middle [rad]. The light then comes from within half
+# a degree of where it should, as from the Sun's own disc.
+LARGEST_TURN = float(np.radians(1.0))
+# Turns of a body in one snapshot [rad], of one with the narrowest lobes and of one without any. Its
+# shading points have sunlight of times spread over the turn (``light_spread``), but go along the
+# whole way: of what flashes up for less time the streak is as long as that way. The light between
+# its surfaces is that of the middle: a cosine's mean over the larger turn is less by a 24th of its
+# square, 0.2 %; and where a surface begins to be lit just then, by a 16th of it, 1.3 % of its full
+# light.
+GLOSSY_TURN, MATT_TURN = float(np.radians(5.0)), float(np.radians(12.0))
+# How far a body may turn its side to the camera in one snapshot [rad]: a narrow face that comes
+# into view then goes along with the one beside it. Rows of boxes stay within 0.02 px.
+_OTHER_SIDE = float(np.radians(3.75))
+# How far what hides something else moves against it in one snapshot [px].
+LARGEST_STEP = 1.0
+# The longest way along which one snapshot is swept [px].
+LONGEST_WAY = 400.0
+# The same where rows have their own times: the samples of slanting edges leave 0.016 px in each row
+# of a snapshot, and longer ways show other sides of what comes past. Several snapshots even it out.
+LONGEST_WAY_IN_ROWS = 60.0
+# How far the ends of a way may be off an even motion through its middle to be swept as one: so many
+# pixels in all, or one in so many of the way. A way that turns back is none from end to end.
+MIN_BEND, BENDS = 0.25, 4.0
+# The longest way of what is farther off, along which it is swept pixel by pixel [px].
+LONGEST_UNEVEN = 160.0
+# Misplacement of the mean of an outline over the exposure, rms over its sides [px]. Half of the
+# 0.02 px that places of rows may be off.
+_MISPLACED = 0.01
+# How far an arc may leave the parabola through its ends and its middle [px].
+_OFF_ARC = 0.05
+# Numbers of snapshots whose edges and middles are among the times at which outlines are compared.
+_COUNTS = (1, 2, 3, 4, 6, 8, 9, 12, 18, 24, 36)
+_STEPS = 144
+# Sides of an outline, off the rows and columns of the image.
+_ANGLES = 0.3 + np.arange(16) * (np.pi / 8.0)
+_SIDES = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)])
+# Corners of a hull that stand for all of it.
+_CORNERS = 64
+# Turns before the camera below which outlines keep their corners [rad].
+_MIN_TURN = 5e-3
+
+
+def snapshot_count(
+    states: Sequence[SceneState], name: str, exposed: float, blur: float, *, rows: bool
+) -> int:
+    """Of spacecraft.
+
+    states : at even times from the start of what rows see to its end
+    exposed : share of that time in which a row sees them
+    blur : how far anything moves in that share, at most [px]
+    rows : whether they have their own times
+    """
+    first, middle, last = states[0], states[len(states) // 2], states[-1]
+    lit = exposed * sum(_turn_of_light(one, other) for one, other in pairwise(states))
+    against = exposed * sum(motion_between(middle, end, name) for end in (first, last))
+    way = blur / (LONGEST_WAY_IN_ROWS if rows else LONGEST_WAY)
+    uneven, turning = 1.0, 1.0
+    for body in middle.bodies:
+        uneven = max(uneven, _uneven((first, middle, last), name, body, exposed))
+        turning = max(turning, _of_outline(states, name, body, exposed))
+    count = max(lit, way, against / LARGEST_STEP, uneven, turning)
+    return int(np.clip(np.ceil(count), 1, MAX_PARTS))
+
+
+def outline(state: SceneState, name: str, body: str) -> Array:
+    """(n, 2) of the corners of a body's hull [px]."""
+    placed, seen = state.cameras[name], state.bodies[body]
+    matrix = camera_from_body(placed, seen)
+    hull = seen.model.posed_mesh.hull @ matrix[:3, :3].T + matrix[:3, 3]
+    return placed.camera.project(hull)
+
+
+def _turn_of_light(first: SceneState, second: SceneState) -> float:
+    """In so many snapshots the light on anything has to be told."""
+    steps = turn_of_joints(first, second) / LARGEST_TURN
+    for name, before in first.bodies.items():
+        turn = turn_of_body(before, second.bodies[name])
+        steps = max(steps, turn / _largest_turn(before.model))
+    return steps
+
+
+def _largest_turn(model: SpacecraftModel) -> float:
+    """Of a body in one snapshot [rad]: no more than the width of its narrowest lobe."""
+    widths = [MATT_TURN]
+    for material in model.materials:
+        if material.roughness is not None:
+            widths.append(0.0 if material.maps.law is not None else material.roughness**2)
+        if material.coat is not None:
+            widths.append(material.coat.roughness**2)
+    return max(min(widths), GLOSSY_TURN)
+
+
+def _uneven(
+    states: tuple[SceneState, SceneState, SceneState], name: str, body: str, exposed: float
+) -> float:
+    """How many snapshots it takes until a body moves nearly evenly in each, or not far.
+
+    states : from the start to the end
+    """
+    first, middle, last = (outline(state, name, body) for state in states)
+    bend = exposed**2 * np.abs(last + first - 2.0 * middle).max()
+    if not np.isfinite(bend):
+        return 1.0
+    way = exposed * np.abs((last - first).mean(axis=0)).max()
+    longest = 2.0 * exposed * max(np.abs(end - middle).max() for end in (first, last))
+    even = min(np.sqrt(bend / MIN_BEND), BENDS * bend / max(way, 1e-6))
+    return float(min(even, longest / LONGEST_UNEVEN))
+
+
+def _of_outline(states: Sequence[SceneState], name: str, body: str, exposed: float) -> float:
+    """How many snapshots it takes until the outline of a body that turns is where it should be.
+
+    On each side the outline is the farthest corner of the hull. A snapshot takes those of its
+    middle's outline along parabolas through their places at both ends; meanwhile others come out
+    farther, and arcs leave their parabolas.
+    """
+    poses = np.array([camera_from_body(one.cameras[name], one.bodies[body]) for one in states])
+    turns = Rotation.from_matrix(poses[:, :3, :3])
+    if (turns[1:] * turns[:-1].inv()).magnitude().sum() * exposed < _MIN_TURN:
+        return 1.0
+    sights = np.einsum("tji,tj->ti", poses[:, :3, :3], poses[:, :3, 3])
+    sides = [angle_between(one, other) for one, other in pairwise(sights)]
+    wanted = exposed * float(np.sum(sides)) / _OTHER_SIDE
+    times = np.linspace(-1.0, 1.0, len(states))
+    within = exposed * np.linspace(-1.0, 1.0, _STEPS + 1)
+    hull = states[len(states) // 2].bodies[body].model.posed_mesh.hull
+    hull = hull[:: int(np.ceil(len(hull) / _CORNERS))]
+    turned = np.einsum("tij,pj->tpi", Slerp(times, turns)(within).as_matrix(), hull)
+    offsets = np.vander(within, len(times)) @ np.linalg.solve(
+        np.vander(times, len(times)), poses[:, :3, 3]
+    )
+    camera = states[0].cameras[name].camera
+    places = camera.project((turned + offsets[:, None]).reshape(-1, 3)).reshape(
+        *turned.shape[:2], 2
+    )
+    if not np.isfinite(places).all():
+        return wanted
+    size = np.array([camera.detector.width, camera.detector.height])
+    in_view = np.all((places > 0.0) & (places < size), axis=-1)
+    wanted = max(wanted, _of_arcs(places, in_view))
+    for count in _COUNTS:
+        if np.sqrt(np.mean(_misplaced(places, in_view, count) ** 2)) < _MISPLACED:
+            return max(float(count), wanted)
+    return float(MAX_PARTS)
+
+
+def _of_arcs(places: Array, in_view: Array) -> float:
+    """How many snapshots it takes until corners leave the parabolas of their ways by little.
+
+    The third derivative d of a place leaves (t^3 - t / 4) d / 6 of t from -1/2 to 1/2, d / 125 at
+    most, and the cube of their number less of that in each of several snapshots.
+    """
+    step = _STEPS // 12
+    third = np.linalg.norm(np.diff(places[::step], n=3, axis=0), axis=-1) * 12.0**3
+    seen = in_view[::step][: len(third)]
+    return float(np.cbrt((third * seen).max() / (125.0 * _OFF_ARC)))
+
+
+def _misplaced(places: Array, in_view: Array, count: int) -> Array:
+    """How far the means of the sides of an outline are off in so many snapshots, (sides,) [px].
+
+    places : (times, corners, 2) [px]
+    in_view : (times, corners), whether they are in the image
+    """
+    step = _STEPS // count
+    middles = step // 2 + step * np.arange(count)
+    outermost = (places @ _SIDES).max(axis=1)
+    # Those that the snapshots show.
+    shown = (places[middles] @ _SIDES).argmax(axis=1)
+    first, middle, last = (
+        np.take_along_axis(places[middles + shift], shown[..., None], axis=1)
+        for shift in (-(step // 2), 0, step // 2)
+    )
+    seen = np.take_along_axis(in_view[middles], shown, axis=1)
+    error = np.zeros(_SIDES.shape[1])
+    for shift in range(-(step // 2), step // 2 + 1):
+        share = shift / step
+        path = middle + share * (last - first) + 2.0 * share**2 * (last + first - 2.0 * middle)
+        # Both ends count half.
+        weight = (1.0 if abs(shift) < step // 2 else 0.5) / (step * count)
+        swept = (path @ _SIDES).max(axis=1)
+        error += weight * (seen * (outermost[middles + shift] - swept)).sum(axis=0)
+    return error
