@@ -17,6 +17,7 @@ def main() -> None:
 
         run()
     finally:
+        interruption.remove_empty_folders()
         interruption.exit_if_signalled()
 
 

@@ -26,6 +26,9 @@ _CLEAN_UP_TIME = 3.0
 # Files that are being written under a temporary name; removed where the program ends at once.
 unfinished_files: set[Path] = set()
 
+# Folders that were made for results, outer ones first; removed where nothing has come into them.
+new_folders: list[Path] = []
+
 
 class _Ending:
     """The signal that ends this process, and what its line says."""
@@ -104,6 +107,15 @@ def receive(number: Signals) -> NoReturn:
     raise KeyboardInterrupt
 
 
+def remove_empty_folders() -> None:
+    """After the work, however it has ended: folders for results that did not come."""
+    for folder in reversed(new_folders):
+        try:
+            folder.rmdir()
+        except OSError:  # it holds results, or was never made
+            continue
+
+
 def exit_if_signalled() -> None:
     """After the work, however it has ended: exits with its line where a signal has come."""
     if _ending.received is not None:
@@ -160,6 +172,7 @@ def _exit_at_once(number: Signals) -> NoReturn:
             path.unlink()
         except OSError:
             continue
+    remove_empty_folders()
     try:
         _report(number)
     finally:

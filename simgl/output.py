@@ -33,7 +33,7 @@ from simgl.images import (
     display_from_radiance,
     display_from_thermal,
 )
-from simgl.interruption import unfinished_files
+from simgl.interruption import new_folders, unfinished_files
 from simgl.mono12p import pack_mono12p
 from simgl.physics.ephemeris import utc_from_tai_ns
 from simgl.physics.frames import quaternion_from_matrix
@@ -44,12 +44,20 @@ from simgl.simulator import Capture
 def check_writable(folder: Path) -> None:
     """Create the folder if it is missing; raises OutputError if files cannot be written into it."""
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        _make_folder(folder)
         handle, name = tempfile.mkstemp(prefix=".", dir=folder)
     except OSError as error:
         raise OutputError(f"{folder}: cannot be written ({error.strerror})") from None
     os.close(handle)
     Path(name).unlink()
+
+
+def _make_folder(folder: Path) -> None:
+    """Create the folder and those above it that are missing; the command line removes them where
+    they stay empty."""
+    # Known before they exist: a signal may come at any moment.
+    new_folders.extend(above for above in reversed((folder, *folder.parents)) if not above.exists())
+    folder.mkdir(parents=True, exist_ok=True)
 
 
 @contextmanager
@@ -77,7 +85,7 @@ def complete_file(path: Path) -> Iterator[Path]:
 
 def _create(path: Path) -> None:
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        _make_folder(path.parent)
         path.touch(mode=0o600, exist_ok=False)
     except OSError as error:
         raise OutputError(f"{path.parent}: cannot be written ({error.strerror})") from None
