@@ -11,6 +11,7 @@ import secrets
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ import OpenEXR
 from PIL import Image
 
 from simgl.arrays import Image8, Image16
+from simgl.camera.projections import Distortion, DoubleSphere, Fisheye, Projection
 from simgl.errors import OutputError
 from simgl.images import (
     DigitalFrame,
@@ -39,6 +41,8 @@ from simgl.physics.ephemeris import utc_from_tai_ns
 from simgl.physics.frames import quaternion_from_matrix
 from simgl.physics.spectrum import BANDS
 from simgl.simulator import Capture
+
+_LENS_MODELS = {Distortion: "pinhole", Fisheye: "fisheye", DoubleSphere: "double_sphere"}
 
 
 def check_writable(folder: Path) -> None:
@@ -96,6 +100,15 @@ def _text(values: Any) -> str:
     return " ".join(repr(float(v)) for v in np.ravel(values))
 
 
+def _lens_text(lens: Projection | None) -> str:
+    """Model and coefficients by the keys of a scenario: "fisheye k1=-0.01", without those of 0."""
+    if lens is None:
+        return "none"
+    assert isinstance(lens, Distortion | Fisheye | DoubleSphere)
+    given = [f"{name}={_text(value)}" for name, value in asdict(lens).items() if value]
+    return " ".join([_LENS_MODELS[type(lens)], *given])
+
+
 def _header(info: FrameInfo) -> dict[str, Any]:
     """Header entries, the unit in each name; numbers as text, since EXR floats have 7 digits."""
     from simgl import __version__
@@ -121,10 +134,13 @@ def _header(info: FrameInfo) -> dict[str, Any]:
         "quaternionCameraFromIcrfXyzw": _text(quaternion_from_matrix(info.R_camera_from_icrf)),
         "cameraAxes": "x right, y down, z boresight",
         "intrinsicsFxFyCxCyPx": _text((k[0, 0], k[1, 1], k[0, 2], k[1, 2])),
+        "skewPx": _text(k[0, 1]),
+        "distortion": _lens_text(camera.lens.distortion),
         "fNumber": _text(camera.lens.f_number),
         "sunDirectionIcrf": _text(info.sun_direction_icrf),
         f"sunIrradiance{channels}WM2": _text(info.sun_irradiance[: len(info.bands.edges)]),
         "seed": str(info.seed),
+        "draw": str(info.draw),
         "interreflection": info.interreflection,
     }
 
