@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 # What a first signal leaves the clean-up: threads at work, each to its next step [s].
 _CLEAN_UP_TIME = 3.0
 
-# Files that are being written under a temporary name; removed where the program ends at once.
+# Files that are being written under a temporary name; those still there at the end are removed.
 unfinished_files: set[Path] = set()
 
 # Folders that were made for results, outer ones first; removed where nothing has come into them.
@@ -107,8 +107,14 @@ def receive(number: Signals) -> NoReturn:
     raise KeyboardInterrupt
 
 
-def remove_empty_folders() -> None:
-    """After the work, however it has ended: folders for results that did not come."""
+def remove_unfinished() -> None:
+    """After the work, however it has ended: files that are not complete, and folders for results
+    that did not come."""
+    for path in unfinished_files:
+        try:
+            path.unlink()
+        except OSError:
+            continue
     for folder in reversed(new_folders):
         try:
             folder.rmdir()
@@ -167,12 +173,7 @@ def _on_unraisable(unraisable: sys.UnraisableHookArgs) -> None:
 
 
 def _exit_at_once(number: Signals) -> NoReturn:
-    for path in unfinished_files:
-        try:
-            path.unlink()
-        except OSError:
-            continue
-    remove_empty_folders()
+    remove_unfinished()
     try:
         _report(number)
     finally:

@@ -6,9 +6,7 @@ never see a partial file.
 
 from __future__ import annotations
 
-import os
 import secrets
-import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import asdict
@@ -47,13 +45,8 @@ _LENS_MODELS = {Distortion: "pinhole", Fisheye: "fisheye", DoubleSphere: "double
 
 def check_writable(folder: Path) -> None:
     """Create the folder if it is missing; raises OutputError if files cannot be written into it."""
-    try:
-        _make_folder(folder)
-        handle, name = tempfile.mkstemp(prefix=".", dir=folder)
-    except OSError as error:
-        raise OutputError(f"{folder}: cannot be written ({error.strerror})") from None
-    os.close(handle)
-    Path(name).unlink()
+    with _temporary_file(folder, "probe"):
+        pass
 
 
 def _make_folder(folder: Path) -> None:
@@ -70,29 +63,33 @@ def complete_file(path: Path) -> Iterator[Path]:
 
     Raises OutputError if the folder cannot be written.
     """
+    with _temporary_file(path.parent, path.stem, path.suffix) as temporary:
+        try:
+            yield temporary
+            temporary.chmod(0o644)
+            temporary.replace(path)
+        except OSError as error:
+            raise OutputError(f"{path}: cannot be written ({error.strerror})") from None
+
+
+@contextmanager
+def _temporary_file(folder: Path, stem: str, suffix: str = "") -> Iterator[Path]:
+    """A new, empty file in a folder, which is made if it is missing; deleted after the block."""
     # Known before it exists: a signal may come at any moment.
-    temporary = path.with_name(f".{path.stem}.{secrets.token_hex(8)}{path.suffix}")
+    temporary = folder / f".{stem}.{secrets.token_hex(8)}{suffix}"
     unfinished_files.add(temporary)
     try:
-        _create(temporary)
+        try:
+            _make_folder(folder)
+            temporary.touch(mode=0o600, exist_ok=False)
+        except OSError as error:
+            raise OutputError(f"{folder}: cannot be written ({error.strerror})") from None
         yield temporary
-        temporary.chmod(0o644)
-        temporary.replace(path)
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be written ({error.strerror})") from None
     finally:
-        # Nothing to remove where it could not be created.
+        # Nothing to remove where it could not be created, or has its name by now.
         with suppress(OSError):
             temporary.unlink()
         unfinished_files.discard(temporary)
-
-
-def _create(path: Path) -> None:
-    try:
-        _make_folder(path.parent)
-        path.touch(mode=0o600, exist_ok=False)
-    except OSError as error:
-        raise OutputError(f"{path.parent}: cannot be written ({error.strerror})") from None
 
 
 def _text(values: Any) -> str:
