@@ -110,7 +110,7 @@ def receive(number: Signals) -> NoReturn:
 def remove_unfinished() -> None:
     """After the work, however it has ended: files that are not complete, and folders for results
     that did not come."""
-    for path in unfinished_files:
+    for path in tuple(unfinished_files):
         try:
             path.unlink()
         except OSError:
