@@ -17,6 +17,7 @@ def main() -> None:
 
         run()
     finally:
+        interruption.remove_unfinished()
         interruption.exit_if_signalled()
 
 

@@ -23,8 +23,11 @@ if TYPE_CHECKING:
 # What a first signal leaves the clean-up: threads at work, each to its next step [s].
 _CLEAN_UP_TIME = 3.0
 
-# Files that are being written under a temporary name; removed where the program ends at once.
+# Files that are being written under a temporary name; those still there at the end are removed.
 unfinished_files: set[Path] = set()
+
+# Folders that were made for results, outer ones first; removed where nothing has come into them.
+new_folders: list[Path] = []
 
 
 class _Ending:
@@ -104,6 +107,21 @@ def receive(number: Signals) -> NoReturn:
     raise KeyboardInterrupt
 
 
+def remove_unfinished() -> None:
+    """After the work, however it has ended: files that are not complete, and folders for results
+    that did not come."""
+    for path in tuple(unfinished_files):
+        try:
+            path.unlink()
+        except OSError:
+            continue
+    for folder in reversed(new_folders):
+        try:
+            folder.rmdir()
+        except OSError:  # it holds results, or was never made
+            continue
+
+
 def exit_if_signalled() -> None:
     """After the work, however it has ended: exits with its line where a signal has come."""
     if _ending.received is not None:
@@ -155,11 +173,7 @@ def _on_unraisable(unraisable: sys.UnraisableHookArgs) -> None:
 
 
 def _exit_at_once(number: Signals) -> NoReturn:
-    for path in unfinished_files:
-        try:
-            path.unlink()
-        except OSError:
-            continue
+    remove_unfinished()
     try:
         _report(number)
     finally:

@@ -6,11 +6,10 @@ never see a partial file.
 
 from __future__ import annotations
 
-import os
 import secrets
-import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +18,7 @@ import OpenEXR
 from PIL import Image
 
 from simgl.arrays import Image8, Image16
+from simgl.camera.projections import Distortion, DoubleSphere, Fisheye, Projection
 from simgl.errors import OutputError
 from simgl.images import (
     DigitalFrame,
@@ -33,23 +33,28 @@ from simgl.images import (
     display_from_radiance,
     display_from_thermal,
 )
-from simgl.interruption import unfinished_files
+from simgl.interruption import new_folders, unfinished_files
 from simgl.mono12p import pack_mono12p
 from simgl.physics.ephemeris import utc_from_tai_ns
 from simgl.physics.frames import quaternion_from_matrix
 from simgl.physics.spectrum import BANDS
 from simgl.simulator import Capture
 
+_LENS_MODELS = {Distortion: "pinhole", Fisheye: "fisheye", DoubleSphere: "double_sphere"}
+
 
 def check_writable(folder: Path) -> None:
     """Create the folder if it is missing; raises OutputError if files cannot be written into it."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=".", dir=folder)
-    except OSError as error:
-        raise OutputError(f"{folder}: cannot be written ({error.strerror})") from None
-    os.close(handle)
-    Path(name).unlink()
+    with _temporary_file(folder, "probe"):
+        pass
+
+
+def _make_folder(folder: Path) -> None:
+    """Create the folder and those above it that are missing; the command line removes them where
+    they stay empty."""
+    # Known before they exist: a signal may come at any moment.
+    new_folders.extend(above for above in reversed((folder, *folder.parents)) if not above.exists())
+    folder.mkdir(parents=True, exist_ok=True)
 
 
 @contextmanager
@@ -58,34 +63,47 @@ def complete_file(path: Path) -> Iterator[Path]:
 
     Raises OutputError if the folder cannot be written.
     """
+    with _temporary_file(path.parent, path.stem, path.suffix) as temporary:
+        try:
+            yield temporary
+            temporary.chmod(0o644)
+            temporary.replace(path)
+        except OSError as error:
+            raise OutputError(f"{path}: cannot be written ({error.strerror})") from None
+
+
+@contextmanager
+def _temporary_file(folder: Path, stem: str, suffix: str = "") -> Iterator[Path]:
+    """A new, empty file in a folder, which is made if it is missing; deleted after the block."""
     # Known before it exists: a signal may come at any moment.
-    temporary = path.with_name(f".{path.stem}.{secrets.token_hex(8)}{path.suffix}")
+    temporary = folder / f".{stem}.{secrets.token_hex(8)}{suffix}"
     unfinished_files.add(temporary)
     try:
-        _create(temporary)
+        try:
+            _make_folder(folder)
+            temporary.touch(mode=0o600, exist_ok=False)
+        except OSError as error:
+            raise OutputError(f"{folder}: cannot be written ({error.strerror})") from None
         yield temporary
-        temporary.chmod(0o644)
-        temporary.replace(path)
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be written ({error.strerror})") from None
     finally:
-        # Nothing to remove where it could not be created.
+        # Nothing to remove where it could not be created, or has its name by now.
         with suppress(OSError):
             temporary.unlink()
         unfinished_files.discard(temporary)
 
 
-def _create(path: Path) -> None:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.touch(mode=0o600, exist_ok=False)
-    except OSError as error:
-        raise OutputError(f"{path.parent}: cannot be written ({error.strerror})") from None
-
-
 def _text(values: Any) -> str:
     """Numbers in the fewest digits that read back to the same float64."""
     return " ".join(repr(float(v)) for v in np.ravel(values))
+
+
+def _lens_text(lens: Projection | None) -> str:
+    """Model and coefficients by the keys of a scenario: "fisheye k1=-0.01", without those of 0."""
+    if lens is None:
+        return "none"
+    assert isinstance(lens, Distortion | Fisheye | DoubleSphere)
+    given = [f"{name}={_text(value)}" for name, value in asdict(lens).items() if value]
+    return " ".join([_LENS_MODELS[type(lens)], *given])
 
 
 def _header(info: FrameInfo) -> dict[str, Any]:
@@ -113,10 +131,13 @@ def _header(info: FrameInfo) -> dict[str, Any]:
         "quaternionCameraFromIcrfXyzw": _text(quaternion_from_matrix(info.R_camera_from_icrf)),
         "cameraAxes": "x right, y down, z boresight",
         "intrinsicsFxFyCxCyPx": _text((k[0, 0], k[1, 1], k[0, 2], k[1, 2])),
+        "skewPx": _text(k[0, 1]),
+        "distortion": _lens_text(camera.lens.distortion),
         "fNumber": _text(camera.lens.f_number),
         "sunDirectionIcrf": _text(info.sun_direction_icrf),
         f"sunIrradiance{channels}WM2": _text(info.sun_irradiance[: len(info.bands.edges)]),
         "seed": str(info.seed),
+        "draw": str(info.draw),
         "interreflection": info.interreflection,
     }
 

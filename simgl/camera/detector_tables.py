@@ -27,11 +27,20 @@ from simgl.camera.detector import (
 )
 from simgl.camera.event_sensor import EventSensor
 from simgl.camera.spectral_response import ResponseCurve
-from simgl.config.curve_files import check_increasing, read_curve_file
+from simgl.config.curve_files import check_wavelengths, read_curve_file
 from simgl.config.path_sandbox import Base
 from simgl.config.value_types import fractions
-from simgl.errors import AssetError, ConfigError
-from simgl.physics.spectrum import BANDS, Bands, Curve, PerBand, channels, photon_mean
+from simgl.errors import ConfigError
+from simgl.physics.spectrum import (
+    BANDS,
+    LONGEST_NM,
+    SHORTEST_NM,
+    Bands,
+    Curve,
+    PerBand,
+    channels,
+    photon_mean,
+)
 
 _PATTERN_KEYS = {
     "prnu": "prnu",
@@ -44,7 +53,7 @@ _PATTERN_KEYS = {
 }
 
 # Curves are multiplied at these wavelengths [nm]: all that bands may hold, in steps of 1 nm.
-_WAVELENGTHS: Array = np.linspace(300.0, 2500.0, 2201)
+_WAVELENGTHS: Array = np.linspace(SHORTEST_NM, LONGEST_NM, 2201)
 
 
 def _curve(table: CurveTable, path: Path, key: str, folder: Base) -> Curve:
@@ -55,17 +64,14 @@ def _curve(table: CurveTable, path: Path, key: str, folder: Base) -> Curve:
     wavelength: Any = table.wavelength_nm
     value: Any = table.value
     if table.csv is not None:
-        try:
-            file = folder / table.csv
-        except AssetError as error:
-            raise AssetError(f"{path}: {key}.csv: {error}") from None
-        wavelength, value = read_curve_file(file)
+        file, wavelength, value = read_curve_file(table.csv, folder, where, f"{key}.csv")
         where = str(file)
     if wavelength is None or len(wavelength) != len(value):
         raise ConfigError(where, f"{key}.value", f"needs one number for each {key}.wavelength_nm")
-    check_increasing(where, f"{key}.wavelength_nm", wavelength)
-    if not all(0.0 <= one <= 1.0 for one in value):
-        raise ConfigError(where, f"{key}.value", "must lie in 0..1")
+    check_wavelengths(where, f"{key}.wavelength_nm", wavelength)
+    for one in value:
+        if not 0.0 <= one <= 1.0:
+            raise ConfigError(where, f"{key}.value", f"must lie in 0..1, got {one:g}")
     return tuple(wavelength), tuple(value)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NoReturn
@@ -178,13 +177,13 @@ def _blur(table: OpticsTable | FieldZoneTable) -> Blur:
 
 def _psf_image(path: Path, where: str) -> tuple[tuple[float, ...], ...]:
     try:
-        content = read_file(path, _MAX_PSF_BYTES) if os.path.exists(path) else b""
+        content = read_file(path, _MAX_PSF_BYTES)
         if path.suffix == ".npy":
             values = array_in(content)
         else:
             values = np.asarray(decoded_image(content, _MAX_PSF_PIXELS))
     except AssetError as error:
-        raise ConfigError(where, "optics.psf_image", str(error)) from None
+        raise AssetError(f"{where}: optics.psf_image: {error}") from None
     except ValueError:
         problem = f"{path} is no image and no .npy array"
         raise ConfigError(where, "optics.psf_image", problem) from None

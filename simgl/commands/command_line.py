@@ -86,8 +86,16 @@ def resumable(folder: Path, total: int, rows: str) -> None:
     interruption.set_result_so_far(describe)
 
 
+def _refuse_no_numbers(values: Mapping[str, object]) -> None:
+    """Raises ConfigError for an option that Python reads as a float and that is no number."""
+    for name, value in values.items():
+        if isinstance(value, float) and not math.isfinite(value):
+            option = f"--{name.replace('_', '-')}"
+            raise ConfigError(COMMAND_LINE, option, f"must be finite, got {value}")
+
+
 def with_quiet(command: Callable[..., None]) -> Callable[..., None]:
-    """The command with the option ``--quiet``."""
+    """The command with the option ``--quiet``, and with finite numbers alone."""
     quiet = inspect.Parameter(
         "quiet",
         inspect.Parameter.KEYWORD_ONLY,
@@ -100,6 +108,7 @@ def with_quiet(command: Callable[..., None]) -> Callable[..., None]:
     def run(**values: Any) -> None:
         set_quiet(values.pop("quiet"))
         try:
+            _refuse_no_numbers(values)
             command(**values)
         finally:
             set_quiet(False)

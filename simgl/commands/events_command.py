@@ -30,6 +30,7 @@ def events(
     simgl events examples/event_camera/docking.toml --camera dvs --duration 0.2 --out out/run.h5
     """
     from simgl.sequence.epochs import span as chosen_span
+    from simgl.sequence.epochs import step_ns
     from simgl.sequence.event_files import EventSource, check_event_file, write_events
     from simgl.sequence.event_stream import EventSpan, check_event_camera, event_stream
 
@@ -37,12 +38,11 @@ def events(
     loaded = load(scenario)
     camera_names(loaded, [camera])
     check_event_camera(loaded, camera)
-    if not 1e-6 <= step < float("inf"):
-        raise ConfigError(COMMAND_LINE, "--step", f"must be at least 1e-6 s, got {step:g}")
+    step_time = step_ns("--step", step)
     start, stop = chosen_span(loaded, span)
     if stop == start:
         raise ConfigError(COMMAND_LINE, "--to", "must be later than the start")
-    watched = EventSpan(camera=camera, start=start, stop=stop, step=round(step * 1e9))
+    watched = EventSpan(camera=camera, start=start, stop=stop, step=step_time)
     with opened(loaded) as simulator, activity("drawing sub-frames") as progress:
         source = EventSource(
             camera=loaded.cameras[camera],

@@ -10,7 +10,7 @@ from msgspec import Struct
 
 from simgl.arrays import Array
 from simgl.config.validation import fitted
-from simgl.errors import AssetError
+from simgl.errors import AssetError, ConfigError, did_you_mean
 from simgl.model_files import gltf_schema as schema
 from simgl.model_files.gltf_file import GltfFile
 from simgl.model_files.gltf_images import read_image
@@ -160,6 +160,11 @@ class _MaterialReader:
     def _extras(self) -> schema.MaterialExtras:
         extras = self.surface.extras if isinstance(self.surface.extras, dict) else {}
         where = f'{self.file.path} material "{self.name}" extras'
+        known = schema.MaterialExtras.__struct_fields__
+        for key in extras:
+            # Keys of other programs are theirs.
+            if key.startswith("simgl_") and key not in known:
+                raise ConfigError(where, key, f"is not a key here; {did_you_mean(key, known)}")
         return fitted(extras, schema.MaterialExtras, where)
 
     def _emission(self) -> schema.Quad:

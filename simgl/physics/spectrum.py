@@ -25,6 +25,9 @@ Curve = tuple[tuple[float, ...], tuple[float, ...]]
 
 CHANNELS = 4
 
+# What bands may hold [nm].
+SHORTEST_NM, LONGEST_NM = 300.0, 2500.0
+
 # Gauss-Legendre of this order integrates Planck's law over a 300 nm band to better than 1e-12.
 _ORDER = 48
 

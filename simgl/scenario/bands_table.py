@@ -8,10 +8,9 @@ from itertools import pairwise
 from simgl.config.curve_files import read_fractions
 from simgl.config.path_sandbox import Base
 from simgl.errors import ConfigError
-from simgl.physics.spectrum import BANDS, Bands
+from simgl.physics.spectrum import BANDS, LONGEST_NM, SHORTEST_NM, Bands
 from simgl.scenario.schema import BandsTable
 
-SHORTEST_NM, LONGEST_NM = 300.0, 2500.0
 # The curves of detectors are taken every nanometre.
 NARROWEST_NM = 1.0
 _NAME = re.compile(r"[A-Za-z0-9_-]{1,32}")

@@ -5,20 +5,21 @@ from __future__ import annotations
 import numpy as np
 
 from simgl.arrays import Array
-from simgl.config.curve_files import check_increasing, read_curve_file
+from simgl.config.curve_files import read_curve_file
 from simgl.config.path_sandbox import Base
 from simgl.config.validation import shown
 from simgl.config.value_types import direction
-from simgl.errors import AssetError, ConfigError
+from simgl.errors import ConfigError
 from simgl.physics.spectrum import (
     BANDS,
+    LONGEST_NM,
+    SHORTEST_NM,
     Bands,
     LineSpectrum,
     black_body_light,
     black_body_lines,
     lines_of,
 )
-from simgl.scenario.bands_table import LONGEST_NM, SHORTEST_NM
 from simgl.scenario.schema import LampTable
 from simgl.scenario.table_checks import named_spacecraft, place_on
 from simgl.scene.lamps import Lamp
@@ -145,12 +146,7 @@ def _line_spectrum(
 
 
 def _curve_spectrum(where: str, name: str, base: Base, bands: Bands) -> LineSpectrum:
-    try:
-        file = base / name
-    except AssetError as error:
-        raise AssetError(f"{where}: wavelength_nm: {error}") from None
-    wavelength, power = read_curve_file(file)
-    check_increasing(str(file), "wavelength_nm", wavelength)
+    file, wavelength, power = read_curve_file(name, base, where, "wavelength_nm")
     if not all(0.0 <= value < np.inf for value in power) or not any(power):
         raise ConfigError(str(file), "power", "must be 0 or more, and more somewhere")
     spectrum = lines_of(np.array(wavelength) * 1e-9, np.array(power), bands).through_filter(bands)

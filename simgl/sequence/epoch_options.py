@@ -54,7 +54,7 @@ class EpochOptions(SpanOptions):
     step: Annotated[float | None, typer.Option(help="Seconds between epochs.")] = None
     count: Annotated[int | None, typer.Option(help="Number of epochs at equal steps.")] = None
     random: Annotated[int | None, typer.Option(help="Number of epochs at random.")] = None
-    seed: Annotated[int, typer.Option(help="Of --random.")] = 0
+    seed: Annotated[int, typer.Option(min=0, help="Of --random.")] = 0
 
 
 @dataclass(frozen=True, kw_only=True)

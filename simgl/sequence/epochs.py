@@ -20,6 +20,8 @@ _COMMAND_LINE = "command line"
 
 # An event's epoch is this close to the change [ns].
 EVENT_TOLERANCE_NS = 1_000_000
+# All years that a scenario may lie in [s].
+LONGEST_SPAN = 4.1e9
 # Of one sequence: a year at one a minute, twice.
 MAX_FRAMES = 1_000_000
 
@@ -38,6 +40,9 @@ def span(scenario: Scenario, options: SpanOptions) -> tuple[int, int]:
         stop = _time("--to", options.stop)
     else:
         assert options.duration is not None
+        if not 0.0 <= options.duration <= LONGEST_SPAN:
+            problem = f"must lie in 0..{LONGEST_SPAN:g} s, got {options.duration:g}"
+            raise ConfigError(_COMMAND_LINE, "--duration", problem)
         stop = start + round(options.duration * 1e9)
     if stop < start:
         raise ConfigError(_COMMAND_LINE, "--to", "must not be earlier than the start")
@@ -73,9 +78,9 @@ def epochs(
     if options.random is not None:
         return at_random(start, stop, options.random, options.seed)
     if options.step is not None:
-        return regular(start, stop, _nanoseconds("--step", options.step))
+        return regular(start, stop, step_ns("--step", options.step))
     assert event.event is not None
-    step = _nanoseconds("--search-step", event.search_step)
+    step = step_ns("--search-step", event.search_step)
     target = _target(scenario, event.target)
     begins = events(scenario, event.event, camera, target, start, stop, step)
     if not begins:
@@ -91,9 +96,13 @@ def _time(option: str, utc: str) -> int:
         raise ConfigError(_COMMAND_LINE, option, str(error)) from None
 
 
-def _nanoseconds(option: str, seconds: float) -> int:
+def step_ns(option: str, seconds: float) -> int:
+    """Nanoseconds of an option that is a step between epochs; raises ConfigError."""
     if not seconds >= 1e-6:
         raise ConfigError(_COMMAND_LINE, option, f"must be at least 1e-6 s, got {seconds:g}")
+    if seconds > LONGEST_SPAN:
+        problem = f"must be at most {LONGEST_SPAN:g} s, got {seconds:g}"
+        raise ConfigError(_COMMAND_LINE, option, problem)
     return round(seconds * 1e9)
 
 

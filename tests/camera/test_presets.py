@@ -9,7 +9,7 @@ import pytest
 from simgl import assets
 from simgl.camera.detector_tables import SpectralResponse
 from simgl.camera.presets import load_preset, preset_path, shipped_presets
-from simgl.errors import ConfigError
+from simgl.errors import AssetError, ConfigError
 
 
 @pytest.mark.parametrize("name", shipped_presets())
@@ -50,10 +50,15 @@ def test_a_damaged_preset_is_refused(old: str, new: str, message: str, tmp_path:
             "nm,qe\n400,0.5\n500;0.6\n",
             'line 3 must be a wavelength in nm and a value, got "500;0.6"',
         ),
-        ("400,0.5\n500,1.6\n", "qe.value must lie in 0..1"),
-        ("400,0.5\n500,nan\n", "qe.value must lie in 0..1"),
-        ("500,0.5\n400,0.6\n", "qe.wavelength_nm must increase, over two points or more"),
-        ("", "qe.wavelength_nm must increase, over two points or more"),
+        ("400,0.5\n500,1.6\n", "qe.value must lie in 0..1, got 1.6"),
+        ("400,0.5\n500,nan\n", "qe.value must lie in 0..1, got nan"),
+        ("500,0.5\n400,0.6\n", "wavelength_nm must increase, over two points or more"),
+        ("", "wavelength_nm must increase, over two points or more"),
+        # Micrometres; angstroms; what is no wavelength.
+        ("0.4,0.5\n1.1,0.6\n", "wavelength_nm must reach into 300 to 2500 nm, got 0.4 to 1.1"),
+        ("4000,0.5\n9000,0.6\n", "wavelength_nm must reach into 300 to 2500 nm, got 4000 to 9000"),
+        ("400,0.5\ninf,0.6\n", "wavelength_nm must reach into 300 to 2500 nm, got 400 to inf"),
+        ("-400,0.5\n600,0.6\n", "wavelength_nm must reach into 300 to 2500 nm, got -400 to 600"),
     ],
 )
 def test_a_damaged_curve_file_is_refused(text: str, message: str, tmp_path: Path) -> None:
@@ -61,6 +66,14 @@ def test_a_damaged_curve_file_is_refused(text: str, message: str, tmp_path: Path
     with pytest.raises(ConfigError) as caught:
         SpectralResponse(load_preset(_with_curve_file(tmp_path)), tmp_path / "mine.toml", 5772.0)
     assert str(caught.value) == f"{tmp_path / 'qe.csv'}: {message}"
+
+
+def test_a_missing_curve_file_is_told_with_the_key_that_names_it(tmp_path: Path) -> None:
+    path = _with_curve_file(tmp_path)
+    with pytest.raises(AssetError) as caught:
+        SpectralResponse(load_preset(path), path, 5772.0)
+    problem = "cannot be read (No such file or directory)"
+    assert str(caught.value) == f"{path}: qe.csv: {tmp_path / 'qe.csv'}: {problem}"
 
 
 def test_a_curve_file_says_the_same_as_lists(tmp_path: Path) -> None:

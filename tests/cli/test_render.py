@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import sys
 from functools import partial
@@ -101,6 +102,37 @@ def test_the_exr_holds_radiance_depth_and_parts_bit_for_bit(
     assert channels["partId"][16, 24] == 65536 + 1
 
 
+@pytest.mark.parametrize(
+    "distortion",
+    [
+        {"k1": -0.2, "k2": 0.05, "k6": 0.01, "p1": 1e-3, "s2": -2e-3, "tau_x": 0.02},
+        {"model": "fisheye", "k1": -0.01, "k4": 2e-3},
+        {"model": "double_sphere", "xi": -0.2, "alpha": 0.55},
+    ],
+)
+def test_the_exr_header_says_where_the_pixels_of_any_lens_look(
+    distortion: dict[str, str | float], scene: Path, tmp_path: Path
+) -> None:
+    intrinsics = "focal_length_px = [33.0, 31.0]\nprincipal_point_px = [23.1, 17.2]\nskew_px = 0.7"
+    table = ", ".join(f"{key} = {json.dumps(value)}" for key, value in distortion.items())
+    lens = f"{intrinsics}\noptics.distortion = {{ {table} }}"
+    scene.write_text(scene.read_text().replace("focal_length_mm = 0.6", lens))
+    loaded = load_scenario(scene)
+    with Simulator(loaded) as simulator:
+        state = loaded.at(loaded.epoch_tai_ns)
+        capture = simulator.capture(state, "nav", {Product.RADIANCE}, draw=3)
+    write_capture(capture, tmp_path, "nav")
+    with OpenEXR.File(str(tmp_path / "nav.radiance.exr")) as file:
+        header = dict(file.header())
+    assert header["draw"] == "3"
+    fx, fy, cx, cy = map(float, header["intrinsicsFxFyCxCyPx"].split())
+    assert (fx, fy, cx, cy) == pytest.approx((33.0, 31.0, 23.1, 17.2), rel=1e-12)
+    assert float(header["skewPx"]) == pytest.approx(0.7, rel=1e-12)
+    model, *coefficients = header["distortion"].split()
+    read = {key: float(value) for key, _, value in (c.partition("=") for c in coefficients)}
+    assert {"model": "pinhole"} | distortion == {"model": model} | read
+
+
 def test_the_exr_header_says_what_it_is_with_units(exposure: Capture, tmp_path: Path) -> None:
     write_capture(exposure, tmp_path, "nav")
     with OpenEXR.File(str(tmp_path / "nav.radiance.exr")) as file:
@@ -120,6 +152,9 @@ def test_the_exr_header_says_what_it_is_with_units(exposure: Capture, tmp_path: 
         "fNumber": "4.0",
         "sunDirectionIcrf": "0.0 0.0 1.0",
         "seed": "0",
+        "draw": "0",
+        "skewPx": "0.0",
+        "distortion": "none",
         "partNames": "65537=block/block",
     }
     assert {key: header[key] for key in expected} == expected

@@ -31,6 +31,22 @@ def count(frame, event, argument):
 sys.setprofile(count)
 main()
 """
+# Sends itself a signal within a thousand function calls after there is the folder for its results.
+SIGNAL_WITH_FOLDER = """
+import os, sys
+from simgl.cli import main
+folder, number = sys.argv[1], int(sys.argv[2])
+sys.argv = ["simgl", *sys.argv[3:]]
+calls = 0
+def look(frame, event, argument):
+    global calls
+    calls += 1
+    if calls % 1000 == 0 and os.path.isdir(folder):
+        sys.setprofile(None)
+        os.kill(os.getpid(), number)
+sys.setprofile(look)
+main()
+"""
 ENDED = {
     signal.SIGINT: (130, "simgl: interrupted"),
     signal.SIGTERM: (143, "simgl: ended by SIGTERM"),
@@ -39,10 +55,14 @@ ENDED = {
 
 
 def signalled(
-    call: int, number: signal.Signals, *arguments: object
+    moment: int | Path, number: signal.Signals, *arguments: object
 ) -> subprocess.CompletedProcess[str]:
-    """The command line, sent a signal at one of its function calls; checked for its one line."""
-    command = [sys.executable, "-c", SIGNAL_AT_CALL, str(call), str(int(number))]
+    """The command line, sent a signal; checked for its one line.
+
+    moment : the number of a function call, or a folder whose first moment it is
+    """
+    script = SIGNAL_WITH_FOLDER if isinstance(moment, Path) else SIGNAL_AT_CALL
+    command = [sys.executable, "-c", script, str(moment), str(int(number))]
     ended = run_to_end([*command, *map(str, arguments)], check=False)
     status, line = ENDED[number]
     assert ended.returncode == status, ended.stderr
@@ -72,7 +92,29 @@ def test_a_signal_at_any_moment_is_one_line(
 ) -> None:
     out = tmp_path / "out"
     assert not signalled(call, number, "render", scene, "--out", out).stdout
-    assert not out.exists() or not list(out.iterdir())
+    assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("render", "SCENE"),
+        ("sequence", "SCENE", "--duration", "60", "--count", "2"),
+        ("assess", "SCENE", "--target", "block", "--duration", "60", "--count", "2"),
+        ("thermal", "SCENE", "--duration", "60"),
+        ("model", "turntable", "wedge"),
+        ("camera", "test", "ideal"),
+    ],
+)
+def test_a_command_that_ends_before_its_first_result_leaves_no_folder(
+    command: tuple[str, ...], scene: Path, tmp_path: Path
+) -> None:
+    scene.write_text(scene.read_text().replace("position_icrf_m = [7.0e6, 0.0, 20.0]", PLACED))
+    outer = tmp_path / "new"
+    out = outer / "out"
+    arguments = [str(scene) if word == "SCENE" else word for word in command]
+    signalled(out, signal.SIGINT, *arguments, "--out", out)
+    assert not outer.exists()
 
 
 def test_an_interrupted_sequence_says_what_there_is_and_how_to_go_on(

@@ -399,6 +399,11 @@ def test_a_broken_image_or_material_is_refused_in_one_line(
             "KHR_materials_clearcoat: clearcoatFactor must be a number <= 1.0, got 2",
         ),
         ({"extras": {"nir_emission": "x"}}, 'extras: nir_emission must be a number, got "x"'),
+        (
+            {"extras": {"simgl_lambertan": True, "of_another_program": 1}},
+            'extras: simgl_lambertan is not a key here; did you mean "simgl_lambertian"? '
+            "(allowed: nir_emission, nir_reflectance, simgl_finish, simgl_lambertian)",
+        ),
     ],
 )
 def test_a_broken_extension_is_refused_in_one_line(

@@ -162,12 +162,6 @@ DAMAGES = (
         " [camera.nav]: optics.diffraction contradicts psf_image, which holds all of the spread",
     ),
     Damage(
-        "no picture of the spread",
-        LOOK,
-        f'{LOOK}\noptics.psf_image = "psf.png"',
-        " [camera.nav]: optics.psf_image FOLDER/psf.png is no image and no .npy array",
-    ),
-    Damage(
         "samples of no picture",
         LOOK,
         f"{LOOK}\noptics.psf_samples_per_px = 2",

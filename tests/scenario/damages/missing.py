@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tests.scenario.damages.damage import LOOK, MODEL, RENDER, Damage
+from tests.scenario.damages.damage import LAMP, LOOK, MODEL, RENDER, Damage
 
 DAMAGES = (
     Damage(
@@ -57,5 +57,18 @@ DAMAGES = (
         'reflectance = "no.csv"',
         " [spacecraft.plate]: model.plate.material.reflectance: FOLDER/no.csv: cannot "
         "be read (No such file or directory)",
+    ),
+    Damage(
+        "curve of a lamp missing",
+        RENDER,
+        LAMP.replace("temperature_k = 3000.0", 'wavelength_nm = "no.csv"'),
+        " [lamp.spot]: wavelength_nm: FOLDER/no.csv: cannot be read (No such file or directory)",
+    ),
+    Damage(
+        "image of the spread missing",
+        LOOK,
+        f'{LOOK}\noptics.psf_image = "no.png"',
+        " [camera.nav]: optics.psf_image: FOLDER/no.png: cannot be read (No such file or "
+        "directory)",
     ),
 )
