@@ -24,6 +24,7 @@ from simgl.camera.rolling_shutter import (
     read_out,
 )
 from simgl.scene.state import CameraState, SceneState
+from simgl.view.hulls_in_view import rows_of
 from simgl.view.image_motion import (
     background_motion,
     spacecraft_motion,
@@ -31,7 +32,6 @@ from simgl.view.image_motion import (
     turn_of_camera,
     turn_of_joints,
 )
-from simgl.view.raster_tiles import rows_of
 from simgl.view.row_clock import RowClock, camera_from_body
 from simgl.view.snapshot_count import LARGEST_TURN, LONGEST_WAY, outline, snapshot_count
 

@@ -8,11 +8,11 @@ from functools import cached_property
 
 import numpy as np
 
-from simgl.arrays import Array, Array32, IndexArray
+from simgl.arrays import Array, Array32
 from simgl.camera.camera import Camera
 from simgl.sample_grid import PIXEL_CENTRES, SampleGrid, choose_sample_grid, target_samples
-from simgl.scene.mesh import hull_edges
 from simgl.view.depth_slices import NEAREST, depth_slices
+from simgl.view.hulls_in_view import before_the_camera, in_view
 from simgl.view.image_box import Box, area_of, overlap, union
 from simgl.view.lit_limbs import Limb, limb_boxes
 from simgl.view.small_targets import CELL as WINDOW_CELL
@@ -127,36 +127,6 @@ def _float32(values: Array) -> Array32:
     return np.asarray(values, dtype=np.float32)
 
 
-def _before_the_camera(hull: Array, edges: Callable[[], IndexArray] | None = None) -> Array:
-    """Points whose hull is the part of a convex hull that lies at least ``NEAREST`` away.
-
-    edges : its ``hull_edges``, where they are known
-    """
-    near = hull[:, 2] < NEAREST
-    if not np.any(near):
-        return hull
-    ends = hull_edges(hull) if edges is None else edges()
-    a, b = hull[ends[near[ends[:, 0]] != near[ends[:, 1]]].T]
-    share = (NEAREST - a[:, 2]) / (b[:, 2] - a[:, 2])
-    return np.concatenate([hull[~near], a + share[:, None] * (b - a)])
-
-
-def _in_view(hull: Array, camera: Camera, margin: float) -> bool:
-    """Whether no edge of the image, a margin around it [px], has all of a hull beyond it."""
-    d, (x, y, depth) = camera.detector, camera.intrinsics @ hull.T
-    right, down = d.width * depth - x, d.height * depth - y
-    sides = depth - NEAREST, *(side + margin * depth for side in (x, right, y, down))
-    return all(bool(np.any(side >= 0.0)) for side in sides)
-
-
-def rows_of(hull: Array, camera: Camera) -> tuple[float, float] | None:
-    """Between which rows of the image a convex hull lies, camera axes [m]; None behind it."""
-    if np.all(hull[:, 2] < NEAREST):
-        return None
-    rows = in_pixels(_before_the_camera(hull), camera)[:, 1]
-    return float(rows.min()), float(rows.max())
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Target:
     """A spacecraft in view and its place in the image.
@@ -223,12 +193,12 @@ def _target(
     """
     hull = hull_in_camera(view)
     bulge = 0.0 if view.motion is None else view.motion.sag(camera, float(camera.detector.height))
-    if not _in_view(hull, camera, bulge):
+    if not in_view(hull, camera, bulge):
         return None
     posed = view.model.posed_mesh
     # Those of its stored points, which stay while it moves as one.
     edges = None if view.motion is not None else lambda: posed.hull_edges
-    outline = convex_outline(in_pixels(_before_the_camera(hull, edges), camera))
+    outline = convex_outline(in_pixels(before_the_camera(hull, edges), camera))
     margin, settled, low, high = 0.0, None, outline.min(axis=0), outline.max(axis=0)
     if view.motion is not None:
         settled = _target(settled_view(view), camera, rows)
