@@ -19,10 +19,11 @@ from simgl.arrays import Array, Array32
 from simgl.lru_cache import LruCache
 from simgl.radiosity.light_grids import more_of_nodes
 from simgl.radiosity.light_transport import LightTransport, PatchCells
+from simgl.radiosity.lobe_sunlight import LobeSunlight
 from simgl.radiosity.near_means import TIMES
 from simgl.radiosity.patches import SAMPLES
 from simgl.radiosity.solver import Reflectors, radiosity
-from simgl.radiosity.sunlit_patches import CAPACITY, Node, SunlitPatches, grid_corners
+from simgl.radiosity.sunlit_patches import CAPACITY, Node, SunlitPatches, direction_of, grid_corners
 
 # Fields of light from elsewhere in memory: of some lamps, of the Sun about some directions.
 _FIELDS = 32
@@ -179,7 +180,7 @@ class PrecomputedResponse:
     def _making(self, node: Node) -> _UnderWay:
         transport = self._transport
         parts = 3 + 2 * (transport.grids is not None)
-        parts += (transport.cells is not None) + (transport.means is not None)
+        parts += bool(self._lobes) + (transport.cells is not None) + (transport.means is not None)
         return self._under_way.get(node, lambda: _UnderWay(parts=self._made(node), left=parts))
 
     def _made(self, node: Node) -> Iterator[None]:
@@ -214,6 +215,10 @@ class PrecomputedResponse:
         if grids is not None:
             yield
             at_points = np.concatenate([at_points, grids.gather @ solved])
+        if self._lobes:
+            yield
+            sunlit, direction = self._sunlit.at(node), direction_of(node)
+            at_points += self._lobes.at_points(sunlit, direction, self._of_first(node)[1])
         if transport.cells is not None:
             yield
             at_points += self._more_of_cells(transport.cells, node)
@@ -234,7 +239,8 @@ class PrecomputedResponse:
         """(s + g, 4) what gather points get more as patches near them are lit in part: each sees
         the lit part or the dark one."""
         asked, more = self._sunlit.more_on_cells(cells, node)
-        reflected = self._surface.albedo[cells.patch[asked]] * more[:, None]
+        even, _ = self._surface.of_sun(self._sunlit.facing(node))
+        reflected = even[cells.patch[asked]] * more[:, None]
         return np.asarray(cells.gather[asked].T @ reflected)
 
     @cached_property
@@ -266,11 +272,36 @@ class PrecomputedResponse:
         """(p, 4) each for a Sun of 1 W/m2 in that direction."""
         if not nodes:
             return {}
-        return self._reflected(nodes, [self._sunlit.at(node).cosines for node in nodes])
+        return self._bounced(nodes, [self._leaving(node) for node in nodes])
+
+    def _leaving(self, node: Node) -> Array32:
+        """(p, 4) what leaves by a Sun of 1 W/m2 before bounces, and by that part of the second
+        reflection by which lobes bring more than even light would."""
+        even, lobes = self._of_first(node)
+        leaving = even + lobes
+        if self._lobes:
+            sunlit, direction = self._sunlit.at(node), direction_of(node)
+            more = self._lobes.at_patches(sunlit, direction, lobes)
+            leaving += self._surface.albedo * more
+        return leaving
+
+    def _of_first(self, node: Node) -> tuple[Array32, Array32]:
+        """(p, 4) what leaves by a Sun of 1 W/m2 before bounces: evenly, and in lobes."""
+        cosines = self._sunlit.at(node).cosines[:, None]
+        even, lobes = self._surface.of_sun(self._sunlit.facing(node))
+        return even * cosines, lobes * cosines
+
+    @cached_property
+    def _lobes(self) -> LobeSunlight:
+        return LobeSunlight(self._transport, self._surface.laws)
 
     def _reflected(self, names: list[Name], fields: list[Array32]) -> dict[Name, Array32]:
         """(p, 4) each by irradiance (p,) that is alike in all bands; together they take less
         time."""
-        reflected = self._surface.albedo[:, :, None] * np.stack(fields, axis=1)[:, None]
-        solved = radiosity(self._transport, self._surface, reflected)
+        albedo = self._surface.albedo
+        return self._bounced(names, [albedo * field[:, None] for field in fields])
+
+    def _bounced(self, names: list[Name], leaving: list[Array32]) -> dict[Name, Array32]:
+        """(p, 4) each after all bounces, by what leaves before (p, 4)."""
+        solved = radiosity(self._transport, self._surface, np.stack(leaving, axis=2))
         return {name: np.ascontiguousarray(solved[:, :, i]) for i, name in enumerate(names)}
