@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from scipy import sparse
@@ -19,16 +20,20 @@ from simgl.radiosity.gather_points import unit_rows
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.near_means import gather_places
 from simgl.radiosity.patches import SAMPLES
-from simgl.radiosity.reflection_laws import ReflectionLaws
+from simgl.radiosity.reflection_laws import ReflectionLaws, lobe_towards
 from simgl.radiosity.sunlit_patches import Sunlit
 
+# Of the work for one direction of the Sun.
+PARTS = 5
 # Patches whose radius is more than this share of their distance are seen sample point by sample
 # point.
-_WIDE = 0.15
+_WIDE = 0.3
 # Directions to neighbouring places lie about 1.8 radii of these apart. A lobe is this multiple of
 # the radius wide at least, so that what is seen of it does not depend on where they lie; but no
 # wider than that, however near they are.
-_SMOOTH, _WIDEST = 0.75, 0.4
+_SMOOTH, _WIDEST = 1.0, 0.4
+# Sample points that cover less than this share of what a receiver sees of their patch are left out.
+_LITTLE = 0.02
 # Cosines below this count as this, of places that a receiver sees only in part.
 _GRAZING = 0.02
 # Pairs that are worked out together: what numpy makes of them stays in a processor's cache.
@@ -40,7 +45,7 @@ class _Pairs:
     """Places on glossy patches as receivers see them.
 
     count : of the receivers
-    receiver, place : (n,) of each pair, receivers ascending
+    receiver, place : (n,) of each pair; ascending by the law of the place, then by receiver
     share : (n,) of the receiver's cosine-weighted hemisphere
     towards : (3, n) unit, to the receiver; lean : (n,) their cosines to the place's normal
     alpha2 : (n,) squared width of the lobe
@@ -72,6 +77,8 @@ class LobeSunlight:
         weight = open_ / np.maximum(open_.sum(axis=1), 1)[:, None]
         self._middle = np.einsum("ps,psi->pi", weight, transport.points[self._glossy])
         self._normal = np.einsum("ps,psi->pi", weight, transport.normals[self._glossy])
+        away = transport.points[self._glossy] - self._middle[:, None]
+        self._radius = np.sqrt(np.einsum("ps,psi,psi->p", weight, away, away))
         # Slopes of a bent patch's normals widen the lobe of its middle.
         bend = 1.0 - np.einsum("pi,pi->p", self._normal, self._normal)
         self._bend2 = np.maximum(bend, 0.0).astype(np.float32)
@@ -81,18 +88,21 @@ class LobeSunlight:
         """Whether there is any."""
         return len(self._glossy) > 0
 
-    def at_points(self, sunlit: Sunlit, direction: Array, evenly: Array32) -> Array32:
-        """(s + g, 4) what gather points, of vertices and then of grids, get of a Sun of 1 W/m2
-        more than if the light of lobes left evenly.
+    def at_points(self, sunlit: Sunlit, direction: Array, evenly: Array32) -> Iterator[Array32]:
+        """(s + g, 4) ``PARTS`` of what gather points, of vertices and then of grids, get of a Sun
+        of 1 W/m2 more than if the light of lobes left evenly.
 
         direction : (3,) unit, towards the Sun
         evenly : (p, 4) exitance of the patches by their lobes
         """
-        transport, even = self._transport, evenly
-        seen = [transport.sun_gather @ even]
+        transport, pairs = self._transport, self._to_points
+        seen = [transport.sun_gather @ evenly]
         if transport.grids is not None:
-            seen.append(transport.grids.gather @ even)
-        return self._received(self._to_points, sunlit, direction) - np.concatenate(seen)
+            seen.append(transport.grids.gather @ evenly)
+        yield -np.concatenate(seen)
+        ends = np.linspace(0, len(pairs.place), PARTS, dtype=np.int64)
+        for start, end in pairwise(ends.tolist()):
+            yield self._received(pairs, sunlit, direction, slice(start, end))
 
     def at_patches(self, sunlit: Sunlit, direction: Array, evenly: Array32) -> Array32:
         """(p, 4) the same of patches."""
@@ -120,7 +130,7 @@ class LobeSunlight:
         share = seen.data[order]
         offset = places[row] - self._middle[patch]
         distance = np.maximum(np.linalg.norm(offset, axis=1), 1e-9)
-        radius = self._transport.patch_spheres[1][self._glossy]
+        radius = self._radius
         reach = radius[patch] / distance
         near = reach > _WIDE
         far = ~near
@@ -137,7 +147,7 @@ class LobeSunlight:
         row, place, share, towards, reach = (
             np.concatenate(values) for values in zip(*parts, strict=True)
         )
-        order = np.argsort(row, kind="stable")
+        order = np.lexsort((row, self._law_of_place[place]))
         row, place, share, towards, reach = (
             values[order] for values in (row, place, share, towards, reach)
         )
@@ -164,7 +174,7 @@ class LobeSunlight:
         share: Array32,
         places: Array,
         normals: Array,
-        radius: Array32,
+        radius: Array,
     ) -> tuple[IndexArray, IndexArray, Array, Array, Array]:
         """Pairs of patches nearby: their sample points, by what each covers of the hemisphere."""
         points = self._transport.points[self._glossy]
@@ -175,16 +185,13 @@ class LobeSunlight:
         facing = -np.einsum("nsi,ni->ns", towards, normals[row])
         covered = np.maximum(lean, _GRAZING) * np.maximum(facing, _GRAZING) / distance**2
         covered *= self._transport.point_open[self._glossy][patch]
-        covered /= np.maximum(covered.sum(axis=1), 1e-30)[:, None]
+        covered[covered < _LITTLE * covered.sum(axis=1, keepdims=True)] = 0.0
+        covered *= (share / np.maximum(covered.sum(axis=1), 1e-30))[:, None]
         each = SAMPLES * patch[:, None] + np.arange(SAMPLES)
         reach = radius[patch][:, None] / (np.sqrt(SAMPLES) * distance)
-        return (
-            np.repeat(row, SAMPLES),
-            each.ravel(),
-            (share[:, None] * covered).ravel(),
-            towards.reshape(-1, 3),
-            reach.ravel(),
-        )
+        held = covered > 0.0
+        rows = np.broadcast_to(row[:, None], held.shape)
+        return rows[held], each[held], covered[held], towards[held], reach[held]
 
     @cached_property
     def _place_normals(self) -> Array:
@@ -200,40 +207,53 @@ class LobeSunlight:
         flat = np.zeros(SAMPLES * len(self._glossy), dtype=np.float32)
         return np.concatenate([flat, self._bend2])
 
-    def _received(self, pairs: _Pairs, sunlit: Sunlit, direction: Array) -> Array32:
-        """(r, 4) what receivers get by the lobes of a Sun of 1 W/m2."""
+    def _received(
+        self, pairs: _Pairs, sunlit: Sunlit, direction: Array, part: slice = slice(None)
+    ) -> Array32:
+        """(r, 4) what receivers get by the lobes of a Sun of 1 W/m2, by a part of the pairs."""
         facing = np.maximum(self._place_normals @ direction, 0.0).astype(np.float32)
         lit = (sunlit.lit & self._transport.point_open)[self._glossy].ravel()
         arriving = np.concatenate([facing[: len(lit)] * lit, sunlit.cosines[self._glossy]])
         facing = np.maximum(facing, np.float32(_GRAZING))
-        f0 = self._laws.f0[self._law_of_place]
-        towards_sun = direction.astype(np.float32)
         light = np.zeros((pairs.count, 4), dtype=np.float32)
-        for part in _blocks(np.flatnonzero(arriving[pairs.place] > 0.0)):
-            place, alpha2, lean = pairs.place[part], pairs.alpha2[part], pairs.lean[part]
-            incoming = facing[place]
-            turn = towards_sun @ pairs.towards[:, part]
-            # The half vector's squared length, and its cosines to the normal and to both ways.
-            length2 = np.maximum(2.0 + 2.0 * turn, np.float32(1e-6))
-            NoH2 = np.minimum((lean + incoming) ** 2 / length2, 1.0)
-            past = 1.0 - 0.5 * np.sqrt(length2)
-            schlick = past * past
-            schlick = schlick * schlick * past
-            spread = NoH2 * (alpha2 - 1.0) + 1.0
-            rest = 1.0 - alpha2
-            masked = lean * np.sqrt(incoming * incoming * rest + alpha2)
-            masked += incoming * np.sqrt(lean * lean * rest + alpha2)
-            # pi times the lobe (shaders/surface/brdf.glsl) times what arrives.
-            lobe = 0.5 * alpha2 / (spread * spread * masked)
-            lobe *= arriving[place] * pairs.share[part]
-            own = f0[place]
-            sent = own + (1.0 - own) * schlick[:, None]
-            sent *= 1.0 + own * pairs.more[part][:, None]
-            sent *= lobe[:, None]
-            receiver = pairs.receiver[part]
-            first = np.flatnonzero(np.diff(receiver, prepend=-1))
-            light[receiver[first]] += np.add.reduceat(sent, first, axis=0)
+        chosen = np.arange(len(pairs.place))[part]
+        chosen = chosen[arriving[pairs.place[part]] > 0.0]
+        for law, alike in _runs(self._law_of_place[pairs.place[chosen]], chosen):
+            for block in _blocks(alike):
+                place, receiver = pairs.place[block], pairs.receiver[block]
+                x, y, z = (np.float32(direction[i]) * pairs.towards[i][block] for i in range(3))
+                lobe, schlick = lobe_towards(
+                    pairs.alpha2[block], facing[place], pairs.lean[block], x + y + z
+                )
+                lobe *= arriving[place] * pairs.share[block]
+                more = pairs.more[block] if self._laws.conserving[law] else None
+                first = np.flatnonzero(np.diff(receiver, prepend=-1))
+                light[receiver[first]] += _sent(self._laws.f0[law], lobe, schlick, more, first)
         return light
+
+
+def _sent(
+    f0: Array32, lobe: Array32, schlick: Array32, more: Array32 | None, first: IndexArray
+) -> Array32:
+    """(k, 4) sums of lobes with Fresnel's term, each from one of the ``first`` on.
+
+    f0 : (4,); lobe, schlick : (n,); more : (n,) of ``_Pairs``, None for nothing
+    """
+    grazing = lobe * schlick
+    straight = lobe - grazing
+    sums = [np.add.reduceat(part, first)[:, None] for part in (straight, grazing)]
+    sent = f0 * sums[0] + sums[1]
+    if more is not None:
+        sums = [np.add.reduceat(part * more, first)[:, None] for part in (straight, grazing)]
+        sent += f0 * (f0 * sums[0] + sums[1])
+    return np.asarray(sent)
+
+
+def _runs(law: IndexArray, pairs: IndexArray) -> Iterator[tuple[int, IndexArray]]:
+    """Pairs of one law after the other, with its number; laws ascend."""
+    starts = np.flatnonzero(np.diff(law, prepend=-1))
+    for start, alike in zip(starts, np.split(pairs, starts[1:]), strict=True):
+        yield int(law[start]), alike
 
 
 def _blocks(numbers: IndexArray) -> Iterator[IndexArray]:

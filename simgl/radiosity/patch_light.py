@@ -209,15 +209,16 @@ class PatchLight:
         """The same of a pose that does not last: all light together, solved now."""
         surface = self._surface(model, transport)
         irradiance = np.zeros_like(surface.reflectors.albedo)
+        emitted = surface.reflectors.exitance.copy()
         if incident.sun_irradiance.any():
-            cosines = self._sun_cosines(surface.sunlit, transport, incident)
-            irradiance += cosines[:, None] * incident.sun_irradiance.astype(np.float32)
+            direct = self.of_direct_sun(model, transport, incident)
+            emitted += direct * incident.sun_irradiance.astype(np.float32)
         if cells is not None:
             # Rays follow the cosine: each stands for pi over their number.
             irradiance += np.float32(np.pi) * (transport.sky @ cells)
         for lamp in _lamps(surface, incident):
             irradiance += np.outer(lamp.make(), lamp.bands.astype(np.float32))
-        emitted = surface.reflectors.exitance + surface.reflectors.albedo * irradiance
+        emitted += surface.reflectors.albedo * irradiance
         return radiosity(transport, surface.reflectors, emitted)
 
     def reflected(
@@ -234,17 +235,19 @@ class PatchLight:
         surface = self._surface(model, transport).reflectors
         return radiosity(transport, surface, surface.albedo * irradiance, residual)
 
-    def albedo(self, model: SpacecraftModel, transport: LightTransport) -> Array32:
-        """(p, 4) of the patches."""
-        return self._surface(model, transport).reflectors.albedo
-
     def of_direct_sun(
         self, model: SpacecraftModel, transport: LightTransport, incident: IncidentLight
     ) -> Array32:
         """(p, 4) what a Sun of 1 W m-2 adds to the exitance before any bounce."""
         surface = self._surface(model, transport)
-        cosines = self._sun_cosines(surface.sunlit, transport, incident)
-        return surface.reflectors.albedo * cosines[:, None]
+        sunlit, direction = surface.sunlit, incident.sun_direction
+        share = surface.reflectors.of_sun(sunlit.facing(direction)).sum(axis=0)
+        if isinstance(transport, PosedTransport) or not incident.before_sun:
+            return share * self._sun_cosines(sunlit, transport, incident)[:, None]
+        hidden = self._hidden_cosines(sunlit, transport, incident)[:, None]
+        # Light that is missing leaves as that from everywhere does.
+        all_light = share * sunlit.cosines(direction)[:, None]
+        return all_light - surface.reflectors.albedo * hidden
 
     def sun_at_samples(
         self, model: SpacecraftModel, transport: LightTransport, incident: IncidentLight

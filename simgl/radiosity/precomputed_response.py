@@ -19,7 +19,7 @@ from simgl.arrays import Array, Array32
 from simgl.lru_cache import LruCache
 from simgl.radiosity.light_grids import more_of_nodes
 from simgl.radiosity.light_transport import LightTransport, PatchCells
-from simgl.radiosity.lobe_sunlight import LobeSunlight
+from simgl.radiosity.lobe_sunlight import PARTS, LobeSunlight
 from simgl.radiosity.near_means import TIMES
 from simgl.radiosity.patches import SAMPLES
 from simgl.radiosity.solver import Reflectors, radiosity
@@ -180,7 +180,11 @@ class PrecomputedResponse:
     def _making(self, node: Node) -> _UnderWay:
         transport = self._transport
         parts = 3 + 2 * (transport.grids is not None)
-        parts += bool(self._lobes) + (transport.cells is not None) + (transport.means is not None)
+        parts += (
+            PARTS * bool(self._lobes)
+            + (transport.cells is not None)
+            + (transport.means is not None)
+        )
         return self._under_way.get(node, lambda: _UnderWay(parts=self._made(node), left=parts))
 
     def _made(self, node: Node) -> Iterator[None]:
@@ -216,9 +220,10 @@ class PrecomputedResponse:
             yield
             at_points = np.concatenate([at_points, grids.gather @ solved])
         if self._lobes:
-            yield
             sunlit, direction = self._sunlit.at(node), direction_of(node)
-            at_points += self._lobes.at_points(sunlit, direction, self._of_first(node)[1])
+            for more in self._lobes.at_points(sunlit, direction, self._of_first(node)[1]):
+                yield
+                at_points += more
         if transport.cells is not None:
             yield
             at_points += self._more_of_cells(transport.cells, node)
@@ -239,7 +244,7 @@ class PrecomputedResponse:
         """(s + g, 4) what gather points get more as patches near them are lit in part: each sees
         the lit part or the dark one."""
         asked, more = self._sunlit.more_on_cells(cells, node)
-        even, _ = self._surface.of_sun(self._sunlit.facing(node))
+        even, _ = self._surface.of_sun(self._sunlit.facing(direction_of(node)))
         reflected = even[cells.patch[asked]] * more[:, None]
         return np.asarray(cells.gather[asked].T @ reflected)
 
@@ -288,7 +293,7 @@ class PrecomputedResponse:
     def _of_first(self, node: Node) -> tuple[Array32, Array32]:
         """(p, 4) what leaves by a Sun of 1 W/m2 before bounces: evenly, and in lobes."""
         cosines = self._sunlit.at(node).cosines[:, None]
-        even, lobes = self._surface.of_sun(self._sunlit.facing(node))
+        even, lobes = self._surface.of_sun(self._sunlit.facing(direction_of(node)))
         return even * cosines, lobes * cosines
 
     @cached_property

@@ -36,8 +36,9 @@ class ReflectionLaws:
     glossy : (k,) whether a lobe is to be followed; that of others is among what leaves evenly
     f0 : (k, 4) reflectance of the lobe at normal incidence
     alpha2 : (k,) squared width of the lobe
+    conserving : (k,) whether lobes get the light that meets several microfacets
     once : (k, steps) share of the light that leaves a lobe of f0 = 1 after one microfacet, by the
-        cosine to the viewer, where the lobe gets the rest as well; 1 where it does not
+        cosine to the viewer
     """
 
     even: Array32
@@ -45,17 +46,53 @@ class ReflectionLaws:
     glossy: Mask
     f0: Array32
     alpha2: Array32
+    conserving: Mask
     once: Array32
 
-    def of_light(self, law: IndexArray, cosine: Array | Array32) -> tuple[Array32, Array32]:
-        """(n, 4) what leaves evenly and what in a lobe of light from cosines (n,)."""
-        return _between(self.even, law, cosine), _between(self.lobes, law, cosine)
+    def of_light(self, law: IndexArray, cosine: Array32) -> Array32:
+        """(2, n, 4) what leaves evenly and what in a lobe of light from cosines (n,)."""
+        return np.stack([_between(table, law, cosine) for table in (self.even, self.lobes)])
 
-    def more(self, law: IndexArray, cosine: Array) -> Array32:
+    def more(self, law: IndexArray, cosine: Array | Array32) -> Array32:
         """(n,) what lobes send to cosines (n,) besides, over f0, by light that met several
         microfacets (Turquin 2019)."""
         once = _between(self.once, law, cosine)
         return (1.0 - once) / once
+
+    def towards(
+        self, law: IndexArray, light: Array32, viewer: Array32, turn: Array32, least: float
+    ) -> Array32:
+        """(n, 4) pi times the reflectance of sunlight towards a viewer [sr-1].
+
+        light, viewer : (n,) cosines of their directions to the normal; turn : (n,) to each other
+        least : width that lobes have at least
+        """
+        alpha2 = np.maximum(self.alpha2[law], np.float32(least * least))
+        lobe, schlick = lobe_towards(alpha2, light, viewer, turn)
+        f0 = self.f0[law]
+        sent = (f0 + (1.0 - f0) * schlick[:, None]) * lobe[:, None]
+        sent *= 1.0 + f0 * self.more(law, viewer)[:, None]
+        return np.asarray(_between(self.even, law, light) + sent * self.glossy[law][:, None])
+
+
+def lobe_towards(
+    alpha2: Array32, light: Array32, viewer: Array32, turn: Array32
+) -> tuple[Array32, Array32]:
+    """(n,) pi times lobes without Fresnel's term, and Schlick's power of that.
+
+    light, viewer : (n,) cosines of their directions to the normal; turn : (n,) to each other
+    """
+    # The half vector's squared length, and its cosines to the normal and to both ways.
+    length2 = np.maximum(2.0 + 2.0 * turn, np.float32(1e-6))
+    NoH2 = np.minimum((light + viewer) ** 2 / length2, 1.0)
+    past = 1.0 - 0.5 * np.sqrt(length2)
+    schlick = past * past
+    schlick = schlick * schlick * past
+    spread = NoH2 * (alpha2 - 1.0) + 1.0
+    rest = 1.0 - alpha2
+    masked = viewer * np.sqrt(light * light * rest + alpha2)
+    masked += light * np.sqrt(viewer * viewer * rest + alpha2)
+    return 0.5 * alpha2 / (spread * spread * masked), schlick
 
 
 def reflection_laws(materials: Sequence[Material]) -> ReflectionLaws:
@@ -72,6 +109,7 @@ def reflection_laws(materials: Sequence[Material]) -> ReflectionLaws:
         glossy=glossy,
         f0=np.array([_normal_reflectance(m) for m in materials], dtype=np.float32),
         alpha2=np.array([_alpha2(m) for m in materials], dtype=np.float32),
+        conserving=np.array([m.conserving for m in materials]),
         once=np.stack([once for _, _, once in parts]).astype(np.float32),
     )
 

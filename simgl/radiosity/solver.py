@@ -44,8 +44,8 @@ class Reflectors:
     law: IndexArray
     contraction: float
 
-    def of_sun(self, facing: Array32) -> tuple[Array32, Array32]:
-        """(p, 4) share of sunlight that leaves the patches evenly, and in lobes that are followed.
+    def of_sun(self, facing: Array32) -> Array32:
+        """(2, p, 4) share of sunlight that leaves patches evenly, and in lobes that are followed.
 
         facing : (p,) cosines of the patches to the Sun
         """

@@ -86,9 +86,9 @@ class SunlitPatches:
         """The same for a direction of the grid, traced."""
         return self._nodes.get(node, lambda: self._traced(node))
 
-    def facing(self, node: Node) -> Array32:
-        """(p,) cosines of the patches to a direction of the grid, whatever stands before them."""
-        return np.maximum(self._normals @ direction_of(node).astype(np.float32), 0.0)
+    def facing(self, direction: Array) -> Array32:
+        """(p,) cosines of the patches to a direction (3,), whatever stands before them."""
+        return np.maximum(self._normals @ direction.astype(np.float32), 0.0)
 
     @cached_property
     def _normals(self) -> Array32:
