@@ -36,8 +36,12 @@ _SMOOTH, _WIDEST = 1.0, 0.4
 _LITTLE = 0.02
 # Cosines below this count as this, of places that a receiver sees only in part.
 _GRAZING = 0.02
+# Of how directions spread about their mean, what widens lobes: slopes are half as wide.
+_OF_SPREAD = 0.25
+# Patches that get less of others than this, by a Sun of 1 W/m2, send that on evenly.
+_DIM = 0.01
 # Pairs that are worked out together: what numpy makes of them stays in a processor's cache.
-_AT_ONCE = 16_384
+_AT_ONCE = 32_768
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -45,7 +49,7 @@ class _Pairs:
     """Places on glossy patches as receivers see them.
 
     count : of the receivers
-    receiver, place : (n,) of each pair; ascending by the law of the place, then by receiver
+    receiver, place : (n,) of each pair; receivers ascending
     share : (n,) of the receiver's cosine-weighted hemisphere
     towards : (3, n) unit, to the receiver; lean : (n,) their cosines to the place's normal
     alpha2 : (n,) squared width of the lobe
@@ -109,6 +113,24 @@ class LobeSunlight:
         even = self._transport.form_factors @ evenly
         return self._received(self._to_patches, sunlit, direction) - even
 
+    def again_at_vertices(self, exitance: Array32) -> Array32:
+        """(s, 4) what gather points of vertices get more than if lobes sent evenly what they get of
+        other patches.
+
+        exitance : (p, 4) of the patches [W m-2]
+        """
+        vertices = self._transport.gather.shape[0]
+        end = int(np.searchsorted(self._to_points.receiver, vertices))
+        return self._again(self._to_points, exitance, end)[:vertices] - (
+            self._transport.sun_gather @ self._again_evenly(exitance)
+        )
+
+    def again_at_patches(self, exitance: Array32) -> Array32:
+        """(p, 4) the same of patches."""
+        pairs = self._to_patches
+        even = self._transport.form_factors @ self._again_evenly(exitance)
+        return self._again(pairs, exitance, len(pairs.place)) - even
+
     @cached_property
     def _to_points(self) -> _Pairs:
         transport = self._transport
@@ -147,7 +169,7 @@ class LobeSunlight:
         row, place, share, towards, reach = (
             np.concatenate(values) for values in zip(*parts, strict=True)
         )
-        order = np.lexsort((row, self._law_of_place[place]))
+        order = np.argsort(row, kind="stable")
         row, place, share, towards, reach = (
             values[order] for values in (row, place, share, towards, reach)
         )
@@ -207,6 +229,97 @@ class LobeSunlight:
         flat = np.zeros(SAMPLES * len(self._glossy), dtype=np.float32)
         return np.concatenate([flat, self._bend2])
 
+    @cached_property
+    def _seen(self) -> tuple[sparse.csr_matrix, list[sparse.csr_matrix]]:
+        """(g, p) what glossy patches see of all, and that times each coordinate of the directions
+        to what they see."""
+        seen = self._transport.form_factors.tocsr()[self._glossy].tocoo()
+        away = self._transport.points.mean(axis=1)[seen.col] - self._middle[seen.row]
+        away /= np.maximum(np.linalg.norm(away, axis=1), 1e-9)[:, None]
+        shape = seen.row, seen.col
+        towards = [
+            sparse.csr_matrix(((seen.data * axis).astype(np.float32), shape), shape=seen.shape)
+            for axis in away.T
+        ]
+        return seen.tocsr(), towards
+
+    def _again_evenly(self, exitance: Array32) -> Array32:
+        """(p, 4) exitance of lobes by light of other patches, as if it left evenly."""
+        evenly = np.zeros_like(exitance)
+        irradiance = self._seen[0] @ exitance
+        evenly[self._glossy] = self._laws.lobe_albedo[self._law] * irradiance
+        return evenly
+
+    def _again(self, pairs: _Pairs, exitance: Array32, end: int) -> Array32:
+        """(r, 4) what receivers get by the first pairs of the lobes of light of other patches.
+
+        The light on a patch counts as if from its mean direction, and lobes are widened by how much
+        directions spread about that.
+        """
+        seen, towards = self._seen
+        irradiance = seen @ exitance
+        grey = exitance.mean(axis=1)
+        vector = np.stack([axis @ grey for axis in towards])
+        length = np.linalg.norm(vector, axis=0)
+        ratio = np.minimum(length / np.maximum(irradiance.mean(axis=1), np.float32(1e-9)), 1.0)
+        from_ = vector / np.maximum(length, np.float32(1e-9))
+        facing = np.maximum(np.einsum("ip,pi->p", from_, self._normal), _GRAZING)
+        facing = facing.astype(np.float32)
+        spread2 = (_OF_SPREAD * (1.0 - ratio * ratio)).astype(np.float32)
+        lit = irradiance.max(axis=1) > _DIM
+        patch_of_place = self._patch_of_place
+        f0 = self._laws.f0[self._law]
+        sent = irradiance, f0 * irradiance, f0 * f0 * irradiance
+        light = np.zeros((pairs.count, 4), dtype=np.float32)
+        for block in _blocks(np.flatnonzero(lit[patch_of_place[pairs.place[:end]]])):
+            patch = patch_of_place[pairs.place[block]]
+            x, y, z = (from_[i].take(patch) * pairs.towards[i].take(block) for i in range(3))
+            lobe, schlick = lobe_towards(
+                np.minimum(pairs.alpha2.take(block) + spread2.take(patch), np.float32(1.0)),
+                facing.take(patch),
+                pairs.lean.take(block),
+                x + y + z,
+            )
+            lobe *= pairs.share.take(block)
+            self._add(light, pairs, block, (lobe, schlick), patch, sent)
+        return light
+
+    def _add(
+        self,
+        light: Array32,
+        pairs: _Pairs,
+        block: IndexArray,
+        lobes: tuple[Array32, Array32],
+        sender: IndexArray,
+        sent: tuple[Array32, Array32, Array32],
+    ) -> None:
+        """Add what some of the pairs bring to receivers (r, 4).
+
+        lobes : (n,) of the pairs without Fresnel's term, and its power
+        sender : (n,) row of ``sent``, three times (k, 4) what arrives there, times f0, times f0^2
+        """
+        receiver = pairs.receiver.take(block)
+        first = np.flatnonzero(np.diff(receiver, prepend=-1))
+        shape = len(first), len(sent[0])
+        ends = np.append(first, len(block))
+
+        def sums(weights: Array32, row: Array32) -> Array32:
+            return np.asarray(sparse.csr_matrix((weights, sender, ends), shape=shape) @ row)
+
+        grazing = lobes[0] * lobes[1]
+        straight = lobes[0] - grazing
+        arriving = sums(grazing, sent[0])
+        if self._laws.conserving.any():
+            more = pairs.more.take(block)
+            arriving += sums(straight * more, sent[2])
+            straight += grazing * more
+        light[receiver[first]] += arriving + sums(straight, sent[1])
+
+    @cached_property
+    def _patch_of_place(self) -> IndexArray:
+        number = np.arange(len(self._glossy))
+        return np.concatenate([np.repeat(number, SAMPLES), number])
+
     def _received(
         self, pairs: _Pairs, sunlit: Sunlit, direction: Array, part: slice = slice(None)
     ) -> Array32:
@@ -215,45 +328,20 @@ class LobeSunlight:
         lit = (sunlit.lit & self._transport.point_open)[self._glossy].ravel()
         arriving = np.concatenate([facing[: len(lit)] * lit, sunlit.cosines[self._glossy]])
         facing = np.maximum(facing, np.float32(_GRAZING))
+        f0 = self._laws.f0[self._law_of_place]
+        sunlight = np.repeat(arriving[:, None], 4, axis=1)
+        sent = sunlight, f0 * sunlight, f0 * f0 * sunlight
+        towards = direction.astype(np.float32)
         light = np.zeros((pairs.count, 4), dtype=np.float32)
-        chosen = np.arange(len(pairs.place))[part]
-        chosen = chosen[arriving[pairs.place[part]] > 0.0]
-        for law, alike in _runs(self._law_of_place[pairs.place[chosen]], chosen):
-            for block in _blocks(alike):
-                place, receiver = pairs.place[block], pairs.receiver[block]
-                x, y, z = (np.float32(direction[i]) * pairs.towards[i][block] for i in range(3))
-                lobe, schlick = lobe_towards(
-                    pairs.alpha2[block], facing[place], pairs.lean[block], x + y + z
-                )
-                lobe *= arriving[place] * pairs.share[block]
-                more = pairs.more[block] if self._laws.conserving[law] else None
-                first = np.flatnonzero(np.diff(receiver, prepend=-1))
-                light[receiver[first]] += _sent(self._laws.f0[law], lobe, schlick, more, first)
+        chosen = np.arange(len(pairs.place), dtype=np.int32)[part]
+        for block in _blocks(chosen[arriving.take(pairs.place[part]) > 0.0]):
+            place = pairs.place.take(block)
+            x, y, z = (towards[i] * pairs.towards[i].take(block) for i in range(3))
+            alpha2, lean = pairs.alpha2.take(block), pairs.lean.take(block)
+            lobe, schlick = lobe_towards(alpha2, facing.take(place), lean, x + y + z)
+            lobe *= pairs.share.take(block)
+            self._add(light, pairs, block, (lobe, schlick), place, sent)
         return light
-
-
-def _sent(
-    f0: Array32, lobe: Array32, schlick: Array32, more: Array32 | None, first: IndexArray
-) -> Array32:
-    """(k, 4) sums of lobes with Fresnel's term, each from one of the ``first`` on.
-
-    f0 : (4,); lobe, schlick : (n,); more : (n,) of ``_Pairs``, None for nothing
-    """
-    grazing = lobe * schlick
-    straight = lobe - grazing
-    sums = [np.add.reduceat(part, first)[:, None] for part in (straight, grazing)]
-    sent = f0 * sums[0] + sums[1]
-    if more is not None:
-        sums = [np.add.reduceat(part * more, first)[:, None] for part in (straight, grazing)]
-        sent += f0 * (f0 * sums[0] + sums[1])
-    return np.asarray(sent)
-
-
-def _runs(law: IndexArray, pairs: IndexArray) -> Iterator[tuple[int, IndexArray]]:
-    """Pairs of one law after the other, with its number; laws ascend."""
-    starts = np.flatnonzero(np.diff(law, prepend=-1))
-    for start, alike in zip(starts, np.split(pairs, starts[1:]), strict=True):
-        yield int(law[start]), alike
 
 
 def _blocks(numbers: IndexArray) -> Iterator[IndexArray]:

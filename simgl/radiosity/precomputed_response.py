@@ -233,12 +233,18 @@ class PrecomputedResponse:
             yield
             for _ in range(TIMES):
                 at_points = transport.means @ at_points
+        if self._lobes:
+            yield
+            again = self._lobes.again_at_vertices(solved)
         count = len(transport.vertex_rows)
-        np.take(at_points, transport.vertex_rows, axis=0, out=rows[:count])
         if grids is not None:
             yield
             more = self._more_of_nodes @ at_points
             rows[_in_rows(count) :][: len(more)] = more
+        np.take(at_points, transport.vertex_rows, axis=0, out=rows[:count])
+        if self._lobes:
+            rows[:count] += again[transport.vertex_rows]
+            np.maximum(rows[:count],0.0,out=rows[:count])
 
     def _more_of_cells(self, cells: PatchCells, node: Node) -> Array32:
         """(s + g, 4) what gather points get more as patches near them are lit in part: each sees
@@ -277,7 +283,12 @@ class PrecomputedResponse:
         """(p, 4) each for a Sun of 1 W/m2 in that direction."""
         if not nodes:
             return {}
-        return self._bounced(nodes, [self._leaving(node) for node in nodes])
+        solved = self._bounced(nodes, [self._leaving(node) for node in nodes])
+        if self._lobes:
+            for node, exitance in solved.items():
+                again = self._lobes.again_at_patches(exitance)
+                solved[node] = exitance + self._surface.albedo * again
+        return solved
 
     def _leaving(self, node: Node) -> Array32:
         """(p, 4) what leaves by a Sun of 1 W/m2 before bounces, and by that part of the second

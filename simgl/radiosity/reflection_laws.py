@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -52,6 +52,11 @@ class ReflectionLaws:
     def of_light(self, law: IndexArray, cosine: Array32) -> Array32:
         """(2, n, 4) what leaves evenly and what in a lobe of light from cosines (n,)."""
         return np.stack([_between(table, law, cosine) for table in (self.even, self.lobes)])
+
+    @cached_property
+    def lobe_albedo(self) -> Array32:
+        """(k, 4) what leaves in lobes of light that comes evenly from all around."""
+        return _uniform(self.lobes).astype(np.float32)
 
     def more(self, law: IndexArray, cosine: Array | Array32) -> Array32:
         """(n,) what lobes send to cosines (n,) besides, over f0, by light that met several
@@ -133,7 +138,7 @@ def _between(table: Array32, law: IndexArray, cosine: Array | Array32) -> Array3
     return np.asarray(low + share * (high - low))
 
 
-def _uniform(shares: Array) -> Array:
+def _uniform(shares: Array | Array32) -> Array:
     """(..., 4) means of (..., steps, 4) over a uniform light, weighted by its cosine."""
     cosine = _cosines()
     # The integral of what is linear between steps, times the cosine.
