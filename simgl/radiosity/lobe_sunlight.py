@@ -15,7 +15,7 @@ from itertools import pairwise
 import numpy as np
 from scipy import sparse
 
-from simgl.arrays import Array, Array32, IndexArray
+from simgl.arrays import Array, Array32, IndexArray, Mask
 from simgl.radiosity.gather_points import unit_rows
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.near_means import gather_places
@@ -34,6 +34,8 @@ _WIDE = 0.3
 _SMOOTH, _WIDEST = 1.0, 0.4
 # Sample points that cover less than this share of what a receiver sees of their patch are left out.
 _LITTLE = 0.02
+# Of patches that cover less than this share of the hemisphere one sample point stands for all.
+_FEW = 0.01
 # Cosines below this count as this, of places that a receiver sees only in part.
 _GRAZING = 0.02
 # Of how directions spread about their mean, what widens lobes: slopes are half as wide.
@@ -65,6 +67,12 @@ class _Pairs:
     alpha2: Array32
     more: Array32
 
+    @property
+    def nbytes(self) -> int:
+        """Size of its arrays."""
+        arrays = (self.receiver, self.place, self.share, self.towards, self.lean)
+        return sum(array.nbytes for array in (*arrays, self.alpha2, self.more))
+
 
 class LobeSunlight:
     """What the lobes of a body's patches make of the Sun's light.
@@ -91,6 +99,11 @@ class LobeSunlight:
     def __bool__(self) -> bool:
         """Whether there is any."""
         return len(self._glossy) > 0
+
+    @property
+    def nbytes(self) -> int:
+        """Size of its arrays, which it makes at the latest now."""
+        return self._to_points.nbytes + self._to_patches.nbytes
 
     def at_points(self, sunlit: Sunlit, direction: Array, evenly: Array32) -> Iterator[Array32]:
         """(s + g, 4) ``PARTS`` of what gather points, of vertices and then of grids, get of a Sun
@@ -208,6 +221,8 @@ class LobeSunlight:
         covered = np.maximum(lean, _GRAZING) * np.maximum(facing, _GRAZING) / distance**2
         covered *= self._transport.point_open[self._glossy][patch]
         covered[covered < _LITTLE * covered.sum(axis=1, keepdims=True)] = 0.0
+        few = np.flatnonzero(share < _FEW)
+        covered[few] *= _one_of_each(covered[few])
         covered *= (share / np.maximum(covered.sum(axis=1), 1e-30))[:, None]
         each = SAMPLES * patch[:, None] + np.arange(SAMPLES)
         reach = radius[patch][:, None] / (np.sqrt(SAMPLES) * distance)
@@ -333,7 +348,7 @@ class LobeSunlight:
         sent = sunlight, f0 * sunlight, f0 * f0 * sunlight
         towards = direction.astype(np.float32)
         light = np.zeros((pairs.count, 4), dtype=np.float32)
-        chosen = np.arange(len(pairs.place), dtype=np.int32)[part]
+        chosen = np.arange(len(pairs.place))[part]
         for block in _blocks(chosen[arriving.take(pairs.place[part]) > 0.0]):
             place = pairs.place.take(block)
             x, y, z = (towards[i] * pairs.towards[i].take(block) for i in range(3))
@@ -342,6 +357,14 @@ class LobeSunlight:
             lobe *= pairs.share.take(block)
             self._add(light, pairs, block, (lobe, schlick), place, sent)
         return light
+
+
+def _one_of_each(weights: Array) -> Mask:
+    """(n, k) one of each row, drawn by its weights from numbers that are even over the rows."""
+    reach = np.cumsum(weights, axis=1)
+    drawn = (0.5 + 0.6180339887498949 * np.arange(len(weights))) % 1.0 * reach[:, -1]
+    one = np.minimum((reach <= drawn[:, None]).sum(axis=1), weights.shape[1] - 1)
+    return np.asarray(np.arange(weights.shape[1]) == one[:, None])
 
 
 def _blocks(numbers: IndexArray) -> Iterator[IndexArray]:

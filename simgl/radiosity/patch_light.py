@@ -282,7 +282,9 @@ class PatchLight:
         size = transport.nbytes + len(transport.areas) * BYTES_OF_PATCH
         nodes = 0 if transport.grids is None else transport.grids.rows
         size += (len(transport.vertex_rows) + nodes) * BYTES_OF_VERTEX
-        return self._surfaces.get(key, precomputed, size)
+        if isinstance(transport, PosedTransport):
+            return self._surfaces.get(key, precomputed, size)
+        return self._surfaces.get(key, precomputed, lambda made: size + made.response.lobe_bytes)
 
     def _hidden_cosines(
         self, sunlit: SunlitPatches, transport: LightTransport, incident: IncidentLight

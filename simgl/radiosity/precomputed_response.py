@@ -96,6 +96,11 @@ class PrecomputedResponse:
             return emitted
         return radiosity(self._transport, self._surface, emitted)
 
+    @property
+    def lobe_bytes(self) -> int:
+        """Size of what is known of glossy surfaces, which is made at the latest now."""
+        return self._lobes.nbytes if self._lobes else 0
+
     def of_fields(
         self, fields: Mapping[Hashable, Callable[[], Array32]]
     ) -> dict[Hashable, Array32]:
@@ -180,11 +185,8 @@ class PrecomputedResponse:
     def _making(self, node: Node) -> _UnderWay:
         transport = self._transport
         parts = 3 + 2 * (transport.grids is not None)
-        parts += (
-            PARTS * bool(self._lobes)
-            + (transport.cells is not None)
-            + (transport.means is not None)
-        )
+        parts += (transport.cells is not None) + (transport.means is not None)
+        parts += (PARTS + 1) * bool(self._lobes)
         return self._under_way.get(node, lambda: _UnderWay(parts=self._made(node), left=parts))
 
     def _made(self, node: Node) -> Iterator[None]:
@@ -233,6 +235,7 @@ class PrecomputedResponse:
             yield
             for _ in range(TIMES):
                 at_points = transport.means @ at_points
+        again = None
         if self._lobes:
             yield
             again = self._lobes.again_at_vertices(solved)
@@ -241,10 +244,11 @@ class PrecomputedResponse:
             yield
             more = self._more_of_nodes @ at_points
             rows[_in_rows(count) :][: len(more)] = more
-        np.take(at_points, transport.vertex_rows, axis=0, out=rows[:count])
-        if self._lobes:
-            rows[:count] += again[transport.vertex_rows]
-            np.maximum(rows[:count],0.0,out=rows[:count])
+        at_vertices = at_points[: transport.gather.shape[0]]
+        if again is not None:
+            # Nodes take what is linear between the vertices: this light has no sharp edges.
+            at_vertices = np.maximum(at_vertices + again, 0.0)
+        np.take(at_vertices, transport.vertex_rows, axis=0, out=rows[:count])
 
     def _more_of_cells(self, cells: PatchCells, node: Node) -> Array32:
         """(s + g, 4) what gather points get more as patches near them are lit in part: each sees
