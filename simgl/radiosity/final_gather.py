@@ -23,7 +23,7 @@ SKY_ACROSS = 16
 _MAX_BOUNCES = 5
 # Lobes that send sunlight on are this wide at least, as rays of a point lie apart; and cosines to
 # the ray are at least this.
-_LEAST_WIDTH, _LEAST_COSINE = 0.1, np.float32(1e-3)
+_MIN_WIDTH, _MIN_COSINE = 0.1, np.float32(1e-3)
 # Rays that are traced together, some 200 bytes each.
 _AT_ONCE = 400_000
 
@@ -310,8 +310,8 @@ def leaving(
     sun = bodies[0].sun_direction
     for number, one in enumerate(bodies):
         at = lit[body[lit] == number]
-        viewer = np.maximum(-np.einsum("ij,ij->i", normals[at], directions[at]), _LEAST_COSINE)
-        share = one.laws.towards(law[at], cosine[at], viewer, -directions[at] @ sun, _LEAST_WIDTH)
+        viewer = np.maximum(-np.einsum("ij,ij->i", normals[at], directions[at]), _MIN_COSINE)
+        share = one.laws.towards(law[at], cosine[at], viewer, -directions[at] @ sun, _MIN_WIDTH)
         radiance[at] += share * one.sun_irradiance * cosine[at, None]
     return radiance / np.float32(np.pi), goes_on, albedo, normals
 

@@ -24,7 +24,7 @@ from simgl.radiosity.reflection_laws import ReflectionLaws, lobe_towards
 from simgl.radiosity.sunlit_patches import Sunlit
 
 # Of the work for one direction of the Sun.
-PARTS = 5
+PARTS = 4
 # Patches whose radius is more than this share of their distance are seen sample point by sample
 # point.
 _WIDE = 0.3
@@ -41,9 +41,9 @@ _GRAZING = 0.02
 # Of how directions spread about their mean, what widens lobes: slopes are half as wide.
 _OF_SPREAD = 0.25
 # Patches that get less of others than this, by a Sun of 1 W/m2, send that on evenly.
-_DIM = 0.01
+_DIM = 0.02
 # Pairs that are worked out together: what numpy makes of them stays in a processor's cache.
-_AT_ONCE = 32_768
+_AT_ONCE = 16_384
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -72,6 +72,23 @@ class _Pairs:
         """Size of its arrays."""
         arrays = (self.receiver, self.place, self.share, self.towards, self.lean)
         return sum(array.nbytes for array in (*arrays, self.alpha2, self.more))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _LightOfPlaces:
+    """Light that falls on places, from one direction each.
+
+    counts : (k,) whether it is to be followed
+    direction : (3, k) unit, where it comes from; facing : (k,) its cosine to the normal
+    spread2 : (k,) what it widens the squared widths of lobes by; None for nothing
+    sent : irradiance (k, 4) [W m-2], that times f0 and that times f0^2
+    """
+
+    counts: Mask
+    direction: Array32
+    facing: Array32
+    spread2: Array32 | None
+    sent: tuple[Array32, Array32, Array32]
 
 
 class LobeSunlight:
@@ -105,26 +122,23 @@ class LobeSunlight:
         """Size of its arrays, which it makes at the latest now."""
         return self._to_points.nbytes + self._to_patches.nbytes
 
-    def at_points(self, sunlit: Sunlit, direction: Array, evenly: Array32) -> Iterator[Array32]:
-        """(s + g, 4) ``PARTS`` of what gather points, of vertices and then of grids, get of a Sun
-        of 1 W/m2 more than if the light of lobes left evenly.
+    def at_points(self, sunlit: Sunlit, direction: Array) -> Iterator[Array32]:
+        """(s + g, 4) ``PARTS`` of what gather points, of vertices and then of grids, get of the
+        lobes of a Sun of 1 W/m2.
 
         direction : (3,) unit, towards the Sun
-        evenly : (p, 4) exitance of the patches by their lobes
         """
-        transport, pairs = self._transport, self._to_points
-        seen = [transport.sun_gather @ evenly]
-        if transport.grids is not None:
-            seen.append(transport.grids.gather @ evenly)
-        yield -np.concatenate(seen)
-        ends = np.linspace(0, len(pairs.place), PARTS, dtype=np.int64)
-        for start, end in pairwise(ends.tolist()):
-            yield self._received(pairs, sunlit, direction, slice(start, end))
+        pairs, light = self._to_points, self._sunlight(sunlit, direction)
+        for start, end in pairwise(
+            np.linspace(0, len(pairs.place), PARTS + 1).astype(int).tolist()
+        ):
+            yield self._sent(pairs, light, start, end)
 
     def at_patches(self, sunlit: Sunlit, direction: Array, evenly: Array32) -> Array32:
         """(p, 4) the same of patches."""
         even = self._transport.form_factors @ evenly
-        return self._received(self._to_patches, sunlit, direction) - even
+        pairs, light = self._to_patches, self._sunlight(sunlit, direction)
+        return self._sent(pairs, light, 0, len(pairs.place)) - even
 
     def again_at_vertices(self, exitance: Array32) -> Array32:
         """(s, 4) what gather points of vertices get more than if lobes sent evenly what they get of
@@ -134,15 +148,15 @@ class LobeSunlight:
         """
         vertices = self._transport.gather.shape[0]
         end = int(np.searchsorted(self._to_points.receiver, vertices))
-        return self._again(self._to_points, exitance, end)[:vertices] - (
-            self._transport.sun_gather @ self._again_evenly(exitance)
-        )
+        light, evenly = self._light_of_others(exitance)
+        sent = self._sent(self._to_points, light, 0, end)[:vertices]
+        return np.asarray(sent - self._transport.sun_gather @ evenly)
 
     def again_at_patches(self, exitance: Array32) -> Array32:
         """(p, 4) the same of patches."""
-        pairs = self._to_patches
-        even = self._transport.form_factors @ self._again_evenly(exitance)
-        return self._again(pairs, exitance, len(pairs.place)) - even
+        pairs, (light, evenly) = self._to_patches, self._light_of_others(exitance)
+        sent = self._sent(pairs, light, 0, len(pairs.place))
+        return np.asarray(sent - self._transport.form_factors @ evenly)
 
     @cached_property
     def _to_points(self) -> _Pairs:
@@ -189,16 +203,16 @@ class LobeSunlight:
         lean = np.einsum("ni,ni->n", towards, self._place_normals[place])
         lean = np.maximum(lean, _GRAZING)
         law = self._law_of_place[place]
-        least = np.minimum(_SMOOTH * reach, _WIDEST).astype(np.float32)
+        width = np.minimum(_SMOOTH * reach, _WIDEST).astype(np.float32)
         alpha2 = self._laws.alpha2[law] + self._bend_of_place[place]
         return _Pairs(
             count=seen.shape[0],
             receiver=row.astype(np.int32),
-            place=place.astype(np.int32),
+            place=place,
             share=share.astype(np.float32),
             towards=np.ascontiguousarray(towards.T, dtype=np.float32),
             lean=lean.astype(np.float32),
-            alpha2=np.minimum(np.maximum(alpha2, least * least), np.float32(1.0)),
+            alpha2=np.minimum(np.maximum(alpha2, width * width), np.float32(1.0)),
             more=self._laws.more(law, lean),
         )
 
@@ -258,105 +272,102 @@ class LobeSunlight:
         ]
         return seen.tocsr(), towards
 
-    def _again_evenly(self, exitance: Array32) -> Array32:
-        """(p, 4) exitance of lobes by light of other patches, as if it left evenly."""
-        evenly = np.zeros_like(exitance)
-        irradiance = self._seen[0] @ exitance
-        evenly[self._glossy] = self._laws.lobe_albedo[self._law] * irradiance
-        return evenly
+    def _sunlight(self, sunlit: Sunlit, direction: Array) -> _LightOfPlaces:
+        """The light of a Sun of 1 W/m2."""
+        facing = np.maximum(self._place_normals @ direction, 0.0).astype(np.float32)
+        lit = (sunlit.lit & self._transport.point_open)[self._glossy].ravel()
+        arriving = np.concatenate([facing[: len(lit)] * lit, sunlit.cosines[self._glossy]])
+        return self._light_of_places(
+            np.broadcast_to(arriving[:, None], (len(arriving), 4)),
+            arriving > 0.0,
+            np.broadcast_to(direction.astype(np.float32)[:, None], (3, len(arriving))),
+            facing,
+            None,
+        )
 
-    def _again(self, pairs: _Pairs, exitance: Array32, end: int) -> Array32:
-        """(r, 4) what receivers get by the first pairs of the lobes of light of other patches.
+    def _light_of_others(self, exitance: Array32) -> tuple[_LightOfPlaces, Array32]:
+        """The light of other patches (p, 4), and what lobes send of it if evenly (p, 4).
 
-        The light on a patch counts as if from its mean direction, and lobes are widened by how much
+        It counts as if it came from its mean direction, and lobes are widened by how much
         directions spread about that.
         """
         seen, towards = self._seen
-        irradiance = seen @ exitance
-        grey = exitance.mean(axis=1)
+        irradiance, grey = seen @ exitance, exitance.mean(axis=1)
         vector = np.stack([axis @ grey for axis in towards])
         length = np.linalg.norm(vector, axis=0)
         ratio = np.minimum(length / np.maximum(irradiance.mean(axis=1), np.float32(1e-9)), 1.0)
         from_ = vector / np.maximum(length, np.float32(1e-9))
-        facing = np.maximum(np.einsum("ip,pi->p", from_, self._normal), _GRAZING)
-        facing = facing.astype(np.float32)
-        spread2 = (_OF_SPREAD * (1.0 - ratio * ratio)).astype(np.float32)
-        lit = irradiance.max(axis=1) > _DIM
-        patch_of_place = self._patch_of_place
-        f0 = self._laws.f0[self._law]
-        sent = irradiance, f0 * irradiance, f0 * f0 * irradiance
-        light = np.zeros((pairs.count, 4), dtype=np.float32)
-        for block in _blocks(np.flatnonzero(lit[patch_of_place[pairs.place[:end]]])):
-            patch = patch_of_place[pairs.place[block]]
-            x, y, z = (from_[i].take(patch) * pairs.towards[i].take(block) for i in range(3))
-            lobe, schlick = lobe_towards(
-                np.minimum(pairs.alpha2.take(block) + spread2.take(patch), np.float32(1.0)),
-                facing.take(patch),
-                pairs.lean.take(block),
-                x + y + z,
-            )
-            lobe *= pairs.share.take(block)
-            self._add(light, pairs, block, (lobe, schlick), patch, sent)
-        return light
+        spread2 = _OF_SPREAD * (1.0 - ratio * ratio)
+        evenly = np.zeros_like(exitance)
+        evenly[self._glossy] = self._laws.lobe_albedo[self._law] * irradiance
+        patch = self._patch_of_place
+        light = self._light_of_places(
+            irradiance[patch],
+            (irradiance.max(axis=1) > _DIM)[patch],
+            from_[:, patch],
+            np.einsum("ip,pi->p", from_, self._normal)[patch],
+            spread2[patch],
+        )
+        return light, evenly
 
-    def _add(
+    def _light_of_places(
         self,
-        light: Array32,
-        pairs: _Pairs,
-        block: IndexArray,
-        lobes: tuple[Array32, Array32],
-        sender: IndexArray,
-        sent: tuple[Array32, Array32, Array32],
-    ) -> None:
-        """Add what some of the pairs bring to receivers (r, 4).
+        irradiance: Array32,
+        counts: Mask,
+        direction: Array32,
+        facing: Array | Array32,
+        spread2: Array32 | None,
+    ) -> _LightOfPlaces:
+        f0 = self._laws.f0[self._law_of_place]
+        sent = irradiance, f0 * irradiance, f0 * f0 * irradiance
+        return _LightOfPlaces(
+            counts=counts,
+            direction=direction,
+            facing=np.maximum(facing, _GRAZING).astype(np.float32),
+            spread2=spread2,
+            sent=sent,
+        )
 
-        lobes : (n,) of the pairs without Fresnel's term, and its power
-        sender : (n,) row of ``sent``, three times (k, 4) what arrives there, times f0, times f0^2
-        """
-        receiver = pairs.receiver.take(block)
-        first = np.flatnonzero(np.diff(receiver, prepend=-1))
-        shape = len(first), len(sent[0])
-        ends = np.append(first, len(block))
+    def _sent(self, pairs: _Pairs, light: _LightOfPlaces, start: int, end: int) -> Array32:
+        """(r, 4) what receivers get of lobes by some of the pairs [W m-2]."""
+        chosen = start + np.flatnonzero(light.counts.take(pairs.place[start:end]))
+        straight, grazing = np.empty((2, len(chosen)), dtype=np.float32)
+        for first in range(0, len(chosen), _AT_ONCE):
+            block = chosen[first : first + _AT_ONCE]
+            place = pairs.place.take(block)
+            x, y, z = (
+                light.direction[i].take(place) * pairs.towards[i].take(block) for i in range(3)
+            )
+            alpha2 = pairs.alpha2.take(block)
+            if light.spread2 is not None:
+                alpha2 = np.minimum(alpha2 + light.spread2.take(place), np.float32(1.0))
+            lean, facing = pairs.lean.take(block), light.facing.take(place)
+            lobe, schlick = lobe_towards(alpha2, facing, lean, x + y + z)
+            lobe *= pairs.share.take(block)
+            schlick *= lobe
+            grazing[first : first + len(block)] = schlick
+            np.subtract(lobe, schlick, out=straight[first : first + len(block)])
+        place, receiver = pairs.place.take(chosen), pairs.receiver.take(chosen)
+        heads = np.flatnonzero(np.diff(receiver, prepend=-1))
+        ends, shape = np.append(heads, len(chosen)), (len(heads), len(light.counts))
 
-        def sums(weights: Array32, row: Array32) -> Array32:
-            return np.asarray(sparse.csr_matrix((weights, sender, ends), shape=shape) @ row)
+        def sums(weights: Array32, sent: Array32) -> Array32:
+            return np.asarray(sparse.csr_matrix((weights, place, ends), shape=shape) @ sent)
 
-        grazing = lobes[0] * lobes[1]
-        straight = lobes[0] - grazing
-        arriving = sums(grazing, sent[0])
+        arriving = sums(grazing, light.sent[0])
         if self._laws.conserving.any():
-            more = pairs.more.take(block)
-            arriving += sums(straight * more, sent[2])
+            more = pairs.more.take(chosen)
+            arriving += sums(straight * more, light.sent[2])
             straight += grazing * more
-        light[receiver[first]] += arriving + sums(straight, sent[1])
+        arriving += sums(straight, light.sent[1])
+        all_light = np.zeros((pairs.count, 4), dtype=np.float32)
+        all_light[receiver[heads]] = arriving
+        return all_light
 
     @cached_property
     def _patch_of_place(self) -> IndexArray:
         number = np.arange(len(self._glossy))
         return np.concatenate([np.repeat(number, SAMPLES), number])
-
-    def _received(
-        self, pairs: _Pairs, sunlit: Sunlit, direction: Array, part: slice = slice(None)
-    ) -> Array32:
-        """(r, 4) what receivers get by the lobes of a Sun of 1 W/m2, by a part of the pairs."""
-        facing = np.maximum(self._place_normals @ direction, 0.0).astype(np.float32)
-        lit = (sunlit.lit & self._transport.point_open)[self._glossy].ravel()
-        arriving = np.concatenate([facing[: len(lit)] * lit, sunlit.cosines[self._glossy]])
-        facing = np.maximum(facing, np.float32(_GRAZING))
-        f0 = self._laws.f0[self._law_of_place]
-        sunlight = np.repeat(arriving[:, None], 4, axis=1)
-        sent = sunlight, f0 * sunlight, f0 * f0 * sunlight
-        towards = direction.astype(np.float32)
-        light = np.zeros((pairs.count, 4), dtype=np.float32)
-        chosen = np.arange(len(pairs.place))[part]
-        for block in _blocks(chosen[arriving.take(pairs.place[part]) > 0.0]):
-            place = pairs.place.take(block)
-            x, y, z = (towards[i] * pairs.towards[i].take(block) for i in range(3))
-            alpha2, lean = pairs.alpha2.take(block), pairs.lean.take(block)
-            lobe, schlick = lobe_towards(alpha2, facing.take(place), lean, x + y + z)
-            lobe *= pairs.share.take(block)
-            self._add(light, pairs, block, (lobe, schlick), place, sent)
-        return light
 
 
 def _one_of_each(weights: Array) -> Mask:
@@ -365,8 +376,3 @@ def _one_of_each(weights: Array) -> Mask:
     drawn = (0.5 + 0.6180339887498949 * np.arange(len(weights))) % 1.0 * reach[:, -1]
     one = np.minimum((reach <= drawn[:, None]).sum(axis=1), weights.shape[1] - 1)
     return np.asarray(np.arange(weights.shape[1]) == one[:, None])
-
-
-def _blocks(numbers: IndexArray) -> Iterator[IndexArray]:
-    for start in range(0, len(numbers), _AT_ONCE):
-        yield numbers[start : start + _AT_ONCE]

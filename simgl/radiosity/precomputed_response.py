@@ -217,13 +217,13 @@ class PrecomputedResponse:
         """Fill the rows with what vertices and nodes get where so much leaves the patches (p, 4),
         with a pause between the parts of the work."""
         transport, grids = self._transport, self._transport.grids
-        at_points = transport.sun_gather @ solved
+        evenly = solved - self._of_first(node)[1] if self._lobes else solved
+        at_points = transport.sun_gather @ evenly
         if grids is not None:
             yield
-            at_points = np.concatenate([at_points, grids.gather @ solved])
+            at_points = np.concatenate([at_points, grids.gather @ evenly])
         if self._lobes:
-            sunlit, direction = self._sunlit.at(node), direction_of(node)
-            for more in self._lobes.at_points(sunlit, direction, self._of_first(node)[1]):
+            for more in self._lobes.at_points(self._sunlit.at(node), direction_of(node)):
                 yield
                 at_points += more
         if transport.cells is not None:

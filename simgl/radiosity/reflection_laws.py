@@ -65,14 +65,14 @@ class ReflectionLaws:
         return (1.0 - once) / once
 
     def towards(
-        self, law: IndexArray, light: Array32, viewer: Array32, turn: Array32, least: float
+        self, law: IndexArray, light: Array32, viewer: Array32, turn: Array32, min_alpha: float
     ) -> Array32:
         """(n, 4) pi times the reflectance of sunlight towards a viewer [sr-1].
 
         light, viewer : (n,) cosines of their directions to the normal; turn : (n,) to each other
-        least : width that lobes have at least
+        min_alpha : width that lobes have at least
         """
-        alpha2 = np.maximum(self.alpha2[law], np.float32(least * least))
+        alpha2 = np.maximum(self.alpha2[law], np.float32(min_alpha * min_alpha))
         lobe, schlick = lobe_towards(alpha2, light, viewer, turn)
         f0 = self.f0[law]
         sent = (f0 + (1.0 - f0) * schlick[:, None]) * lobe[:, None]
