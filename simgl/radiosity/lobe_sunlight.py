@@ -1,8 +1,7 @@
 """Sunlight that glossy patches send on in lobes: by where it goes, not evenly over the hemisphere.
 
-Only the first reflection of the Sun's light is followed so; later bounces leave evenly. What a
-patch sends to a receiver is worked out for its middle, or for its sample points where it is so near
-that directions differ over it, each with its part of what the receiver sees of the patch.
+Followed so are the first reflection of the Sun's light and, as if it came from one direction, what
+glossy patches get of all others. What they send to each other otherwise leaves evenly.
 """
 
 from __future__ import annotations
@@ -15,63 +14,22 @@ from itertools import pairwise
 import numpy as np
 from scipy import sparse
 
-from simgl.arrays import Array, Array32, IndexArray, Mask
+from simgl.arrays import Array, Array32, Mask
 from simgl.radiosity.gather_points import unit_rows
+from simgl.radiosity.glossy_places import GRAZING, GlossyPlaces, PlacePairs
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.near_means import gather_places
-from simgl.radiosity.patches import SAMPLES
 from simgl.radiosity.reflection_laws import ReflectionLaws, lobe_towards
 from simgl.radiosity.sunlit_patches import Sunlit
 
 # Of the work for one direction of the Sun.
 PARTS = 4
-# Patches whose radius is more than this share of their distance are seen sample point by sample
-# point.
-_WIDE = 0.3
-# Directions to neighbouring places lie about 1.8 radii of these apart. A lobe is this multiple of
-# the radius wide at least, so that what is seen of it does not depend on where they lie; but no
-# wider than that, however near they are.
-_SMOOTH, _WIDEST = 1.0, 0.4
-# Sample points that cover less than this share of what a receiver sees of their patch are left out.
-_LITTLE = 0.02
-# Of patches that cover less than this share of the hemisphere one sample point stands for all.
-_FEW = 0.01
-# Cosines below this count as this, of places that a receiver sees only in part.
-_GRAZING = 0.02
 # Of how directions spread about their mean, what widens lobes: slopes are half as wide.
 _OF_SPREAD = 0.25
 # Patches that get less of others than this, by a Sun of 1 W/m2, send that on evenly.
 _DIM = 0.02
 # Pairs that are worked out together: what numpy makes of them stays in a processor's cache.
 _AT_ONCE = 16_384
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Pairs:
-    """Places on glossy patches as receivers see them.
-
-    count : of the receivers
-    receiver, place : (n,) of each pair; receivers ascending
-    share : (n,) of the receiver's cosine-weighted hemisphere
-    towards : (3, n) unit, to the receiver; lean : (n,) their cosines to the place's normal
-    alpha2 : (n,) squared width of the lobe
-    more : (n,) what the lobe gets besides, for light that meets several microfacets, times f0
-    """
-
-    count: int
-    receiver: IndexArray
-    place: IndexArray
-    share: Array32
-    towards: Array32
-    lean: Array32
-    alpha2: Array32
-    more: Array32
-
-    @property
-    def nbytes(self) -> int:
-        """Size of its arrays."""
-        arrays = (self.receiver, self.place, self.share, self.towards, self.lean)
-        return sum(array.nbytes for array in (*arrays, self.alpha2, self.more))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -94,28 +52,16 @@ class _LightOfPlaces:
 class LobeSunlight:
     """What the lobes of a body's patches make of the Sun's light.
 
-    Works on numbers of the glossy patches alone.
+    laws : of the body's materials
     """
 
     def __init__(self, transport: LightTransport, laws: ReflectionLaws) -> None:
         self._transport, self._laws = transport, laws
-        law = np.argmax(transport.materials, axis=1)
-        self._glossy = np.flatnonzero(laws.glossy[law])
-        self._law = law[self._glossy]
-        open_ = transport.point_open[self._glossy]
-        weight = open_ / np.maximum(open_.sum(axis=1), 1)[:, None]
-        self._middle = np.einsum("ps,psi->pi", weight, transport.points[self._glossy])
-        self._normal = np.einsum("ps,psi->pi", weight, transport.normals[self._glossy])
-        away = transport.points[self._glossy] - self._middle[:, None]
-        self._radius = np.sqrt(np.einsum("ps,psi,psi->p", weight, away, away))
-        # Slopes of a bent patch's normals widen the lobe of its middle.
-        bend = 1.0 - np.einsum("pi,pi->p", self._normal, self._normal)
-        self._bend2 = np.maximum(bend, 0.0).astype(np.float32)
-        self._normal = unit_rows(self._normal)
+        self._places = GlossyPlaces(transport, laws)
 
     def __bool__(self) -> bool:
         """Whether there is any."""
-        return len(self._glossy) > 0
+        return self._places.count > 0
 
     @property
     def nbytes(self) -> int:
@@ -159,111 +105,26 @@ class LobeSunlight:
         return np.asarray(sent - self._transport.form_factors @ evenly)
 
     @cached_property
-    def _to_points(self) -> _Pairs:
+    def _to_points(self) -> PlacePairs:
         transport = self._transport
-        matrices = [transport.sun_gather.tocsr()[:, self._glossy]]
+        matrices = [transport.sun_gather.tocsr()[:, self._places.glossy]]
         if transport.grids is not None:
-            matrices.append(transport.grids.gather.tocsr()[:, self._glossy])
-        return self._pairs(sparse.vstack(matrices, format="coo"), *gather_places(transport))
+            matrices.append(transport.grids.gather.tocsr()[:, self._places.glossy])
+        return self._places.pairs(sparse.vstack(matrices, format="coo"), *gather_places(transport))
 
     @cached_property
-    def _to_patches(self) -> _Pairs:
+    def _to_patches(self) -> PlacePairs:
         transport = self._transport
-        seen = transport.form_factors.tocsr()[:, self._glossy].tocoo()
+        seen = transport.form_factors.tocsr()[:, self._places.glossy].tocoo()
         normals = unit_rows(transport.normals.mean(axis=1))
-        return self._pairs(seen, transport.points.mean(axis=1), normals)
-
-    def _pairs(self, seen: sparse.coo_matrix, places: Array, normals: Array) -> _Pairs:
-        order = np.argsort(seen.row, kind="stable")
-        row, patch = seen.row[order].astype(np.int64), seen.col[order].astype(np.int64)
-        share = seen.data[order]
-        offset = places[row] - self._middle[patch]
-        distance = np.maximum(np.linalg.norm(offset, axis=1), 1e-9)
-        radius = self._radius
-        reach = radius[patch] / distance
-        near = reach > _WIDE
-        far = ~near
-        parts = [
-            (
-                row[far],
-                SAMPLES * len(self._glossy) + patch[far],
-                share[far],
-                offset[far] / distance[far, None],
-                reach[far],
-            ),
-            self._sampled(row[near], patch[near], share[near], places, normals, radius),
-        ]
-        row, place, share, towards, reach = (
-            np.concatenate(values) for values in zip(*parts, strict=True)
-        )
-        order = np.argsort(row, kind="stable")
-        row, place, share, towards, reach = (
-            values[order] for values in (row, place, share, towards, reach)
-        )
-        lean = np.einsum("ni,ni->n", towards, self._place_normals[place])
-        lean = np.maximum(lean, _GRAZING)
-        law = self._law_of_place[place]
-        width = np.minimum(_SMOOTH * reach, _WIDEST).astype(np.float32)
-        alpha2 = self._laws.alpha2[law] + self._bend_of_place[place]
-        return _Pairs(
-            count=seen.shape[0],
-            receiver=row.astype(np.int32),
-            place=place,
-            share=share.astype(np.float32),
-            towards=np.ascontiguousarray(towards.T, dtype=np.float32),
-            lean=lean.astype(np.float32),
-            alpha2=np.minimum(np.maximum(alpha2, width * width), np.float32(1.0)),
-            more=self._laws.more(law, lean),
-        )
-
-    def _sampled(
-        self,
-        row: IndexArray,
-        patch: IndexArray,
-        share: Array32,
-        places: Array,
-        normals: Array,
-        radius: Array,
-    ) -> tuple[IndexArray, IndexArray, Array, Array, Array]:
-        """Pairs of patches nearby: their sample points, by what each covers of the hemisphere."""
-        points = self._transport.points[self._glossy]
-        offset = places[row][:, None] - points[patch]
-        distance = np.maximum(np.linalg.norm(offset, axis=2), 1e-3 * radius[patch][:, None])
-        towards = offset / distance[:, :, None]
-        lean = np.einsum("nsi,nsi->ns", towards, self._transport.normals[self._glossy][patch])
-        facing = -np.einsum("nsi,ni->ns", towards, normals[row])
-        covered = np.maximum(lean, _GRAZING) * np.maximum(facing, _GRAZING) / distance**2
-        covered *= self._transport.point_open[self._glossy][patch]
-        covered[covered < _LITTLE * covered.sum(axis=1, keepdims=True)] = 0.0
-        few = np.flatnonzero(share < _FEW)
-        covered[few] *= _one_of_each(covered[few])
-        covered *= (share / np.maximum(covered.sum(axis=1), 1e-30))[:, None]
-        each = SAMPLES * patch[:, None] + np.arange(SAMPLES)
-        reach = radius[patch][:, None] / (np.sqrt(SAMPLES) * distance)
-        held = covered > 0.0
-        rows = np.broadcast_to(row[:, None], held.shape)
-        return rows[held], each[held], covered[held], towards[held], reach[held]
-
-    @cached_property
-    def _place_normals(self) -> Array:
-        samples = self._transport.normals[self._glossy].reshape(-1, 3)
-        return np.concatenate([samples, self._normal])
-
-    @cached_property
-    def _law_of_place(self) -> IndexArray:
-        return np.concatenate([np.repeat(self._law, SAMPLES), self._law])
-
-    @cached_property
-    def _bend_of_place(self) -> Array32:
-        flat = np.zeros(SAMPLES * len(self._glossy), dtype=np.float32)
-        return np.concatenate([flat, self._bend2])
+        return self._places.pairs(seen, transport.points.mean(axis=1), normals)
 
     @cached_property
     def _seen(self) -> tuple[sparse.csr_matrix, list[sparse.csr_matrix]]:
         """(g, p) what glossy patches see of all, and that times each coordinate of the directions
         to what they see."""
-        seen = self._transport.form_factors.tocsr()[self._glossy].tocoo()
-        away = self._transport.points.mean(axis=1)[seen.col] - self._middle[seen.row]
+        seen = self._transport.form_factors.tocsr()[self._places.glossy].tocoo()
+        away = self._transport.points.mean(axis=1)[seen.col] - self._places.middle[seen.row]
         away /= np.maximum(np.linalg.norm(away, axis=1), 1e-9)[:, None]
         shape = seen.row, seen.col
         towards = [
@@ -274,9 +135,9 @@ class LobeSunlight:
 
     def _sunlight(self, sunlit: Sunlit, direction: Array) -> _LightOfPlaces:
         """The light of a Sun of 1 W/m2."""
-        facing = np.maximum(self._place_normals @ direction, 0.0).astype(np.float32)
-        lit = (sunlit.lit & self._transport.point_open)[self._glossy].ravel()
-        arriving = np.concatenate([facing[: len(lit)] * lit, sunlit.cosines[self._glossy]])
+        facing = np.maximum(self._places.normals @ direction, 0.0).astype(np.float32)
+        lit = (sunlit.lit & self._transport.point_open)[self._places.glossy].ravel()
+        arriving = np.concatenate([facing[: len(lit)] * lit, sunlit.cosines[self._places.glossy]])
         return self._light_of_places(
             np.broadcast_to(arriving[:, None], (len(arriving), 4)),
             arriving > 0.0,
@@ -299,13 +160,13 @@ class LobeSunlight:
         from_ = vector / np.maximum(length, np.float32(1e-9))
         spread2 = _OF_SPREAD * (1.0 - ratio * ratio)
         evenly = np.zeros_like(exitance)
-        evenly[self._glossy] = self._laws.lobe_albedo[self._law] * irradiance
-        patch = self._patch_of_place
+        evenly[self._places.glossy] = self._laws.lobe_albedo[self._places.law_of_patch] * irradiance
+        patch = self._places.patch
         light = self._light_of_places(
             irradiance[patch],
             (irradiance.max(axis=1) > _DIM)[patch],
             from_[:, patch],
-            np.einsum("ip,pi->p", from_, self._normal)[patch],
+            np.einsum("ip,pi->p", from_, self._places.normal)[patch],
             spread2[patch],
         )
         return light, evenly
@@ -318,17 +179,17 @@ class LobeSunlight:
         facing: Array | Array32,
         spread2: Array32 | None,
     ) -> _LightOfPlaces:
-        f0 = self._laws.f0[self._law_of_place]
+        f0 = self._laws.f0[self._places.law]
         sent = irradiance, f0 * irradiance, f0 * f0 * irradiance
         return _LightOfPlaces(
             counts=counts,
             direction=direction,
-            facing=np.maximum(facing, _GRAZING).astype(np.float32),
+            facing=np.maximum(facing, GRAZING).astype(np.float32),
             spread2=spread2,
             sent=sent,
         )
 
-    def _sent(self, pairs: _Pairs, light: _LightOfPlaces, start: int, end: int) -> Array32:
+    def _sent(self, pairs: PlacePairs, light: _LightOfPlaces, start: int, end: int) -> Array32:
         """(r, 4) what receivers get of lobes by some of the pairs [W m-2]."""
         chosen = start + np.flatnonzero(light.counts.take(pairs.place[start:end]))
         straight, grazing = np.empty((2, len(chosen)), dtype=np.float32)
@@ -363,16 +224,3 @@ class LobeSunlight:
         all_light = np.zeros((pairs.count, 4), dtype=np.float32)
         all_light[receiver[heads]] = arriving
         return all_light
-
-    @cached_property
-    def _patch_of_place(self) -> IndexArray:
-        number = np.arange(len(self._glossy))
-        return np.concatenate([np.repeat(number, SAMPLES), number])
-
-
-def _one_of_each(weights: Array) -> Mask:
-    """(n, k) one of each row, drawn by its weights from numbers that are even over the rows."""
-    reach = np.cumsum(weights, axis=1)
-    drawn = (0.5 + 0.6180339887498949 * np.arange(len(weights))) % 1.0 * reach[:, -1]
-    one = np.minimum((reach <= drawn[:, None]).sum(axis=1), weights.shape[1] - 1)
-    return np.asarray(np.arange(weights.shape[1]) == one[:, None])
