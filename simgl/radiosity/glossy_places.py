@@ -25,11 +25,16 @@ _WIDE = 0.3
 # the radius wide at least, so that what is seen of it does not depend on where they lie; but no
 # wider than that, however near they are.
 _SMOOTH, _WIDEST = 1.0, 0.4
+# What one of the fewest rays of a receiver covers is a disc of about so many radians.
+_OF_RAY = 0.05
 # Sample points that cover less than this share of what a receiver sees of their patch are left out.
 _LITTLE = 0.02
 # Of patches that cover less than this share of the hemisphere one sample point stands for all.
 _FEW = 0.01
-# Cosines below this count as this, of places that a receiver sees only in part.
+# Of the angular radius of what a receiver sees of a place, its least height above that.
+_OF_TOUCHED = 0.5
+# Directions closer to a place's plane than this, or beyond it, count as if they were so far above:
+# of a patch that bends other parts are seen than its middle, and of one that is touched any.
 GRAZING = 0.02
 
 
@@ -124,9 +129,12 @@ class GlossyPlaces:
         row, place, share, towards, reach = (
             values[order] for values in (row, place, share, towards, reach)
         )
-        lean = np.einsum("ni,ni->n", towards, self.normals[place])
-        lean = np.maximum(lean, np.float32(GRAZING))
+        # What covers much of the hemisphere is touched, and seen from all heights.
+        height = np.maximum(_OF_TOUCHED * np.sqrt(share), GRAZING).astype(np.float32)
+        towards, lean = above(towards, self.normals[place], height)
         law = self.law[place]
+        # A ray stands for a part of the hemisphere, and no lobe may be narrower than that.
+        reach = np.maximum(reach, np.minimum(np.sqrt(share), _OF_RAY))
         width = np.minimum(_SMOOTH * reach, _WIDEST).astype(np.float32)
         alpha2 = self._laws.alpha2[law] + self._bends[place]
         return PlacePairs(
@@ -135,7 +143,7 @@ class GlossyPlaces:
             place=place,
             share=share.astype(np.float32),
             towards=np.ascontiguousarray(towards.T, dtype=np.float32),
-            lean=lean.astype(np.float32),
+            lean=lean,
             alpha2=np.minimum(np.maximum(alpha2, width * width), np.float32(1.0)),
             more=self._laws.more(law, lean),
         )
@@ -189,6 +197,18 @@ class GlossyPlaces:
         """(k,) of the places, in the order of ``glossy``."""
         number = np.arange(len(self.glossy))
         return np.concatenate([np.repeat(number, SAMPLES), number])
+
+
+def above(
+    directions: Array32, normals: Array32, height: Array32 | np.float32 = np.float32(GRAZING)
+) -> tuple[Array32, Array32]:
+    """(n, 3) unit directions, raised to a height above the planes of normals (n, 3), and (n,) their
+    cosines to these."""
+    cosine = np.einsum("ni,ni->n", directions, normals)
+    raised = directions + np.maximum(height - cosine, 0.0)[:, None] * normals
+    raised /= np.maximum(_lengths(raised), np.float32(1e-9))[:, None]
+    cosine = np.einsum("ni,ni->n", raised, normals)
+    return raised, np.maximum(cosine, np.float32(0.5 * GRAZING))
 
 
 def _lengths(vectors: Array32) -> Array32:

@@ -16,7 +16,7 @@ from scipy import sparse
 
 from simgl.arrays import Array, Array32, Mask
 from simgl.radiosity.gather_points import unit_rows
-from simgl.radiosity.glossy_places import GRAZING, GlossyPlaces, PlacePairs
+from simgl.radiosity.glossy_places import GlossyPlaces, PlacePairs, above
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.near_means import gather_places
 from simgl.radiosity.reflection_laws import ReflectionLaws, lobe_towards
@@ -138,13 +138,9 @@ class LobeSunlight:
         facing = np.maximum(self._places.normals @ direction, 0.0).astype(np.float32)
         lit = (sunlit.lit & self._transport.point_open)[self._places.glossy].ravel()
         arriving = np.concatenate([facing[: len(lit)] * lit, sunlit.cosines[self._places.glossy]])
-        return self._light_of_places(
-            np.broadcast_to(arriving[:, None], (len(arriving), 4)),
-            arriving > 0.0,
-            np.broadcast_to(direction.astype(np.float32)[:, None], (3, len(arriving))),
-            facing,
-            None,
-        )
+        towards = np.broadcast_to(direction.astype(np.float32), (len(arriving), 3))
+        irradiance = np.broadcast_to(arriving[:, None], (len(arriving), 4))
+        return self._light_of_places(irradiance, arriving > 0.0, towards, None)
 
     def _light_of_others(self, exitance: Array32) -> tuple[_LightOfPlaces, Array32]:
         """The light of other patches (p, 4), and what lobes send of it if evenly (p, 4).
@@ -165,8 +161,7 @@ class LobeSunlight:
         light = self._light_of_places(
             irradiance[patch],
             (irradiance.max(axis=1) > _DIM)[patch],
-            from_[:, patch],
-            np.einsum("ip,pi->p", from_, self._places.normal)[patch],
+            from_.T[patch],
             spread2[patch],
         )
         return light, evenly
@@ -175,16 +170,16 @@ class LobeSunlight:
         self,
         irradiance: Array32,
         counts: Mask,
-        direction: Array32,
-        facing: Array | Array32,
+        towards: Array32,
         spread2: Array32 | None,
     ) -> _LightOfPlaces:
         f0 = self._laws.f0[self._places.law]
         sent = irradiance, f0 * irradiance, f0 * f0 * irradiance
+        raised, facing = above(towards, self._places.normals)
         return _LightOfPlaces(
             counts=counts,
-            direction=direction,
-            facing=np.maximum(facing, GRAZING).astype(np.float32),
+            direction=np.ascontiguousarray(raised.T),
+            facing=facing,
             spread2=spread2,
             sent=sent,
         )
