@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
+from simgl.radiosity.bake import bake
+from simgl.radiosity.glossy_places import GlossyPlaces
+from simgl.radiosity.near_means import gather_places
 from simgl.radiosity.precomputed_response import PrecomputedResponse
-from simgl.radiosity.reflection_laws import hemispherical_albedo
+from simgl.radiosity.reflection_laws import hemispherical_albedo, reflection_laws
+from simgl.radiosity.remesh import subdivided
 from simgl.radiosity.solver import reflectors
 from simgl.radiosity.sunlit_patches import SunlitPatches, direction_of
 from simgl.scene.materials import Material
@@ -18,6 +23,7 @@ from tests.radiosity.metal_walls import (
     BLACK,
     METAL,
     PLATE,
+    SETTINGS,
     WALL,
     WIDE,
     baked,
@@ -27,7 +33,7 @@ from tests.radiosity.metal_walls import (
     midpoints,
     towards,
 )
-from tests.radiosity.shapes import Quad
+from tests.radiosity.shapes import Quad, quads
 
 
 @pytest.mark.parametrize("wall", [WALL, APART], ids=["on the plate", "apart"])
@@ -125,3 +131,27 @@ def test_light_made_in_parts_is_that_made_at_once() -> None:
     at_once, in_parts = (r.of_sun_at_vertices(direction_of(node), np.ones(4)) for r in responses)
     np.testing.assert_array_equal(at_once.vertices, in_parts.vertices)
     np.testing.assert_array_equal(at_once.nodes, in_parts.nodes)
+
+
+def test_directions_from_a_bent_patch_agree_with_their_heights_above_it() -> None:
+    """Places that touch a post see patches of it from behind their middles. A height raised above
+    the plane without its direction made half vectors too short: light of ten Suns."""
+    turns = np.linspace(0.0, 2.0 * np.pi, 25)
+    ring = [(0.3 * float(np.cos(t)), 0.3 * float(np.sin(t))) for t in turns]
+    floor: Quad = ((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0))
+    sides: list[Quad] = [((*a, 0), (*b, 0), (*b, 1), (*a, 1)) for a, b in pairwise(ring)]
+    settings = replace(SETTINGS, patches=300)
+    transport = bake(subdivided(quads([floor, *sides]), 0.2), open_sheets=True, settings=settings)
+    assert transport is not None
+    laws = reflection_laws([BLACK] + [WIDE["alpha 0.2"]] * len(sides))
+    places = GlossyPlaces(transport, laws)
+    seen = transport.sun_gather.tocsr()[:, places.glossy].tocoo()
+    at, normals = (values[: seen.shape[0]] for values in gather_places(transport))
+    pairs = places.pairs(seen, at, normals)
+    normal = places.normals[pairs.place]
+    cosine = np.einsum("in,ni->n", pairs.towards, normal)
+    # float32; and directions straight from behind, which have no side to be raised to.
+    straight = cosine < -0.99
+    assert straight.mean() < 0.01
+    np.testing.assert_allclose(pairs.lean[~straight], cosine[~straight], atol=1e-5)
+    assert pairs.lean.min() > 0.0
