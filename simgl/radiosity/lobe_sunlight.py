@@ -19,7 +19,7 @@ from simgl.radiosity.gather_points import unit_rows
 from simgl.radiosity.glossy_places import GlossyPlaces, PlacePairs, above
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.near_means import gather_places
-from simgl.radiosity.reflection_laws import ReflectionLaws, lobe_towards
+from simgl.radiosity.reflection_laws import ReflectionLaws, lobe_towards, lost_by_widening
 from simgl.radiosity.sunlit_patches import Sunlit
 
 # Of the work for one direction of the Sun.
@@ -157,9 +157,11 @@ class LobeSunlight:
         spread2 = _OF_SPREAD * (1.0 - ratio * ratio)
         evenly = np.zeros_like(exitance)
         evenly[self._places.glossy] = self._laws.lobe_albedo[self._places.law_of_patch] * irradiance
+        alpha2 = self._laws.alpha2[self._places.law_of_patch]
+        remaining = lost_by_widening(alpha2, np.minimum(alpha2 + spread2, np.float32(1.0)))
         patch = self._places.patch
         light = self._light_of_places(
-            irradiance[patch],
+            (remaining[:, None] * irradiance)[patch],
             (irradiance.max(axis=1) > _DIM)[patch],
             from_.T[patch],
             spread2[patch],

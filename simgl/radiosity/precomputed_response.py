@@ -15,7 +15,7 @@ from typing import TypeVar
 import numpy as np
 from scipy import sparse
 
-from simgl.arrays import Array, Array32
+from simgl.arrays import Array, Array32, IndexArray
 from simgl.lru_cache import LruCache
 from simgl.radiosity.light_grids import more_of_nodes
 from simgl.radiosity.light_transport import LightTransport, PatchCells
@@ -69,6 +69,12 @@ class _UnderWay:
 def _in_rows(count: int) -> int:
     """So many, filled up to whole rows."""
     return -(-count // _ROW) * _ROW
+
+
+def share_left(taken: Array32, sent: Array32) -> Array32:
+    """What is left of light of which some is taken; all where there is none."""
+    lost = np.divide(taken, sent, out=np.zeros_like(taken), where=sent > 0.0)
+    return np.clip(1.0 - lost, 0.0, 1.0, out=lost)
 
 
 class PrecomputedResponse:
@@ -167,6 +173,34 @@ class PrecomputedResponse:
         assert mean is not None
         light, count = mean.reshape(-1, 4), len(self._transport.vertex_rows)
         return GatheredSunlight(vertices=light[:count], nodes=light[_in_rows(count) :])
+
+    def hide(self, sunlight: GatheredSunlight, taken: Array32, sent: Array32) -> None:
+        """Take from what vertices and nodes get what other spacecraft take from the Sun's light.
+
+        taken, sent : (p,) what leaves the patches by that light, and by all of the Sun's
+        """
+        gather = self._transport.gather
+        left = share_left(gather @ taken, gather @ sent)
+        left = np.take(left, self._transport.vertex_rows)
+        light, nodes = sunlight.vertices, sunlight.nodes
+        light *= left[:, None]
+        if self._transport.grids is not None:
+            corners = np.take(left, self._corners_of_nodes)
+            of_nodes = nodes[: len(corners)]
+            of_nodes *= corners.mean(axis=1)[:, None]
+
+    @cached_property
+    def _corners_of_nodes(self) -> IndexArray:
+        """(n, 3) of each row of the table of nodes the rows of the corners of its triangle, or of
+        one of those that share it."""
+        grids = self._transport.grids
+        assert grids is not None
+        sides = grids.row_of_node.shape[2]
+        corners = self._transport.mesh.triangles[grids.triangles].astype(np.int64)
+        of_nodes = np.zeros((grids.rows, 3), dtype=np.int64)
+        for side in range(sides):
+            of_nodes[grids.row_of_node[:, :, side]] = (sides * corners + side)[:, None]
+        return of_nodes
 
     def parts_left(self, node: Node) -> int:
         """How many parts of what vertices get from a direction of the grid are to be made."""

@@ -125,6 +125,22 @@ def hemispherical_albedo(material: Material) -> Array:
     return _uniform(base + lobe)
 
 
+def lost_by_widening(alpha2: Array32, wider: Array32) -> Array32:
+    """(n,) what lobes of squared widths reflect of uniform light, over what wider ones do: light
+    that meets a second microfacet is no part of a lobe, and of wide ones that is much."""
+    widths, once = _once_of_widths()
+    of_lobe, of_wider = (np.interp(np.sqrt(a), widths, once) for a in (alpha2, wider))
+    return np.asarray(of_lobe / of_wider, dtype=np.float32)
+
+
+@lru_cache(maxsize=1)
+def _once_of_widths() -> tuple[Array, Array]:
+    """Widths of lobes, and what those of f0 = 1 reflect of uniform light."""
+    widths = np.linspace(0.02, 1.0, _STEPS)
+    once = [np.sum(_lobe(float(alpha)), axis=0)[:, None] for alpha in widths]
+    return widths, _uniform(np.stack(once))[:, 0]
+
+
 def _cosines() -> Array:
     return np.linspace(_GRAZING, 1.0, _STEPS)
 
