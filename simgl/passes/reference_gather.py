@@ -21,6 +21,7 @@ from simgl.passes.shading_points import ShadingPoints
 from simgl.radiosity.final_gather import SKY_ACROSS, LitBody, Points, gathered, sunlight
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.patch_light import PatchLight
+from simgl.radiosity.reflection_laws import reflection_laws
 from simgl.radiosity.solver import material_light
 from simgl.radiosity.transport_store import JointLight, TransportStore, lit_mesh
 from simgl.scene.mean_materials import mean_materials
@@ -145,7 +146,8 @@ def _lit_body(
     sun_irradiance: Array32,
     patches: _LitPatches | None,
 ) -> LitBody:
-    albedo, exitance = material_light(mean_materials(model))
+    materials = mean_materials(model)
+    albedo, exitance = material_light(materials)
     mesh, indirect = model.posed_mesh, None
     if patches is not None:
         mesh = lit_mesh(model, patches.transport)
@@ -156,6 +158,7 @@ def _lit_body(
         sides=2 if model.open_sheets else 1,
         albedo=albedo,
         exitance=exitance,
+        laws=reflection_laws(materials),
         sun_direction=sun_direction.astype(np.float32),
         sun_irradiance=sun_irradiance,
         solved=indirect,

@@ -5,7 +5,8 @@ A bake traces rays from a body's surfaces once (``bake``, with ``remesh``, ``pat
 uneven, ``near_means`` where it is noise); its result, a ``light_transport``, stays in memory and
 in files (``transport_store``). In each frame ``patch_light`` solves for the light that leaves the
 patches under the ``incident_light``, by ``solver`` and what it has precomputed
-(``precomputed_response``, ``sunlit_patches``, ``sky_cells``). ``neighbour_light`` adds what
+(``precomputed_response``, ``sunlit_patches``, ``sky_cells``); metal sends sunlight on in lobes
+(``lobe_sunlight``, from ``glossy_places`` by ``reflection_laws``). ``neighbour_light`` adds what
 spacecraft near each other exchange to the ``isolated_light`` of each, by the paths of
 ``between_spacecraft`` from and to each ``near_body``, pairs (``path_pairs``) less those that
 ``third_bodies`` hide. ``final_gather`` is the slow reference: rays from single points. May import

@@ -12,6 +12,7 @@ from simgl.arrays import Array, Array32, IndexArray, Mask, UIntArray
 from simgl.environment_map import cube_directions, cube_solid_angles
 from simgl.radiosity.gather_points import LIFT, face_normals
 from simgl.radiosity.hemisphere import frames, sky_cell
+from simgl.radiosity.reflection_laws import ReflectionLaws
 from simgl.rays import AnyRayTracer, ray_tracer
 from simgl.scene.mesh import Mesh, cached_with_mesh
 from simgl.scene.posed_mesh import PosedMesh
@@ -20,6 +21,9 @@ from simgl.scene.posed_mesh import PosedMesh
 SKY_ACROSS = 16
 # Where nothing is solved for a body, light that met surfaces so many times before is left out.
 _MAX_BOUNCES = 5
+# Lobes that send sunlight on are this wide at least, as rays of a point lie apart; and cosines to
+# the ray are at least this.
+_MIN_WIDTH, _MIN_COSINE = 0.1, np.float32(1e-3)
 # Rays that are traced together, some 200 bytes each.
 _AT_ONCE = 400_000
 
@@ -31,6 +35,7 @@ class LitBody:
     body_from_viewer : (4, 4) float32 to its axes from those of the body that is looked from
     sides : 2 where surfaces are lit and seen from both
     albedo, exitance : (k, 4) of its materials, what they give off by themselves [W m-2]
+    laws : by which they reflect sunlight
     sun_direction : (3,) unit, own axes; sun_irradiance : (4,) [W m-2]
     solved : (m * sides, 4) exitance of each triangle's front, then of each one's back, but for the
         Sun's light that comes straight there; None where rays have to go on [W m-2]
@@ -41,6 +46,7 @@ class LitBody:
     sides: int
     albedo: Array32
     exitance: Array32
+    laws: ReflectionLaws
     sun_direction: Array32
     sun_irradiance: Array32
     solved: Array32 | None
@@ -280,7 +286,7 @@ def leaving(
     albedo = np.zeros((len(places), 4), dtype=np.float32)
     normals = np.zeros((len(places), 3), dtype=np.float32)
     goes_on = np.zeros(len(places), dtype=np.bool_)
-    cosine = np.zeros(len(places), dtype=np.float32)
+    cosine, law = np.zeros(len(places), dtype=np.float32), np.zeros(len(places), dtype=np.int64)
     for number, one in enumerate(bodies):
         at = np.flatnonzero(body == number)
         n = one.faces[triangle[at]]
@@ -290,7 +296,7 @@ def leaving(
             at, n, behind = at[~behind], n[~behind], behind[~behind]
         n = np.where(behind[:, None], -n, n)
         worn = one.worn[triangle[at]]
-        albedo[at] = one.albedo[worn]
+        albedo[at], law[at] = one.albedo[worn], worn
         normals[at] = n @ one.body_from_viewer[:3, :3]
         cosine[at] = n @ one.sun_direction
         if one.solved is None:
@@ -301,8 +307,12 @@ def leaving(
     lift = np.float32(LIFT * bodies[0].mesh.radius)
     lit = np.flatnonzero(cosine > 0.0)
     lit = lit[~_shaded(places[lit] + lift * normals[lit], bodies)]
-    sunlight = np.stack([one.sun_irradiance for one in bodies])[body[lit]]
-    radiance[lit] += albedo[lit] * sunlight * cosine[lit, None]
+    sun = bodies[0].sun_direction
+    for number, one in enumerate(bodies):
+        at = lit[body[lit] == number]
+        viewer = np.maximum(-np.einsum("ij,ij->i", normals[at], directions[at]), _MIN_COSINE)
+        share = one.laws.towards(law[at], cosine[at], viewer, -directions[at] @ sun, _MIN_WIDTH)
+        radiance[at] += share * one.sun_irradiance * cosine[at, None]
     return radiance / np.float32(np.pi), goes_on, albedo, normals
 
 

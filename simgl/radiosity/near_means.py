@@ -13,7 +13,7 @@ from scipy import sparse
 from simgl.arrays import Array, Array32, IndexArray, Mask
 from simgl.radiosity.gather_points import unit_rows
 from simgl.radiosity.light_grids import CUTS, STEPS
-from simgl.radiosity.light_transport import LightTransport, by_columns
+from simgl.radiosity.light_transport import LightGrids, LightTransport, by_columns
 
 # Of the harmonic mean distance: beyond, points do not count for each other. With twice as much,
 # what is blurred beside contacts costs more than less noise brings.
@@ -30,23 +30,40 @@ def near_means(transport: LightTransport, nearness: Array32) -> sparse.csc_matri
     nearness : (s + g,) of what each sees, as of ``mean_nearness`` [m-1]
     """
     grids, corners = transport.grids, transport.mesh.triangles.astype(np.int64)
-    first_of_grids = transport.gather.shape[0]
-    place, normal = np.zeros((len(nearness), 3)), np.zeros((len(nearness), 3))
     links = []
+    for side, of_vertex in enumerate(transport.gather_point_of_vertex):
+        at = of_vertex[corners]
+        links += [at[:, [k, (k + 1) % 3]] for k in range(3)]
+        if grids is not None:
+            node, held = _points_of_nodes(transport, grids, side)
+            links += _links_of_grids(node, held, of_vertex[corners[grids.triangles]])
+    place, normal = gather_places(transport)
+    return _means(np.concatenate(links), place, normal, nearness)
+
+
+def gather_places(transport: LightTransport) -> tuple[Array, Array]:
+    """(s + g, 3) places of gather points, of vertices and of grids [m], and unit normals there."""
+    grids, corners = transport.grids, transport.mesh.triangles.astype(np.int64)
+    count = transport.gather.shape[0] + (0 if grids is None else grids.gather.shape[0])
+    place, normal = np.zeros((count, 3)), np.zeros((count, 3))
     for side, of_vertex in enumerate(transport.gather_point_of_vertex):
         outward = 1.0 - 2.0 * side
         place[of_vertex] = transport.mesh.positions
         normal[of_vertex] = outward * transport.mesh.normals
-        at = of_vertex[corners]
-        links += [at[:, [k, (k + 1) % 3]] for k in range(3)]
         if grids is not None:
-            node = first_of_grids + grids.point_of_node[:, :, side]
-            held = grids.point_of_node[:, :, side] >= 0
+            node, held = _points_of_nodes(transport, grids, side)
             of_grid = corners[grids.triangles]
             place[node[held]] = _at_nodes(transport.mesh.positions[of_grid])[held]
             normal[node[held]] = outward * _at_nodes(transport.mesh.normals[of_grid])[held]
-            links += _links_of_grids(node, held, of_vertex[of_grid])
-    return _means(np.concatenate(links), place, unit_rows(normal), nearness)
+    return place, unit_rows(normal)
+
+
+def _points_of_nodes(
+    transport: LightTransport, grids: LightGrids, side: int
+) -> tuple[IndexArray, Mask]:
+    """(t, nodes) gather points of the nodes on a side, and whether they have one."""
+    node = grids.point_of_node[:, :, side]
+    return transport.gather.shape[0] + node, node >= 0
 
 
 def _at_nodes(of_corners: Array32) -> Array:

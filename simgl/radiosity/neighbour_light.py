@@ -180,8 +180,10 @@ class NeighbourLight:
             return one.exitance, None
         direct = sun * self._light.of_direct_sun(one.model, one.transport, one.incident)
         cosines = self._light.sun_at_samples(one.model, one.transport, one.incident)
-        reflected = sun * self._light.albedo(one.model, one.transport)
-        at_samples = cosines[:, :, None] * reflected[:, None]
+        number = np.maximum(one.transport.point_open.sum(axis=1), 1)
+        mean = cosines.sum(axis=1, dtype=np.float32) / number.astype(np.float32)
+        of_cosine = direct / np.maximum(mean, np.float32(1e-9))[:, None]
+        at_samples = cosines[:, :, None] * of_cosine[:, None]
         return one.exitance - direct, at_samples.reshape(-1, 4)
 
     def _bounced(

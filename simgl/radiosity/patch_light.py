@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -20,6 +20,7 @@ from simgl.radiosity.precomputed_response import (
     BYTES_OF_VERTEX,
     GatheredSunlight,
     PrecomputedResponse,
+    share_left,
 )
 from simgl.radiosity.solver import Reflectors, radiosity, reflectors
 from simgl.radiosity.sunlit_patches import Node, SunlitPatches, grid_corners
@@ -50,7 +51,7 @@ class _FieldOfLight:
 
     name : equal for equal light
     make : works out its irradiance (p,) of the patches, for 1 in each band
-    bands : (4,) [W m-2] of sunlight or [W sr-1] of a lamp; negative of what is taken away
+    bands : (4,) [W sr-1] of a lamp
     """
 
     name: Hashable
@@ -62,10 +63,8 @@ class _FieldOfLight:
 class BesidesSky:
     """What a body gets of all lights but the sky.
 
-    exitance : (p, 4) of the patches by lamps, less what other spacecraft take from the Sun's light
-        [W m-2]; None where there is neither
-    sunlight : what vertices get of surfaces in the Sun, were there no other spacecraft; None
-        without a Sun
+    exitance : (p, 4) of the patches by lamps [W m-2]; None where there are none
+    sunlight : what vertices get of surfaces in the Sun; None without a Sun
     """
 
     exitance: Array32 | None
@@ -100,8 +99,7 @@ class PatchLight:
         if isinstance(transport, PosedTransport):
             return self._solved(model, transport, cells, incident)
         surface = self._surface(model, transport)
-        besides = self._of_lamps_less_hidden(surface, transport, incident)
-        exitance = self._but_sunlight(surface, cells, besides)
+        exitance = self._but_sunlight(surface, cells, self._of_lamps(surface, incident))
         return self.with_sunlight(model, transport, exitance, incident)
 
     def besides_sky(
@@ -114,11 +112,13 @@ class PatchLight:
         if isinstance(transport, PosedTransport):
             return None
         surface, sunlight = self._surface(model, transport), None
-        exitance = self._of_lamps_less_hidden(surface, transport, incident)
         if incident.sun_irradiance.any():
             sun = incident.sun_direction, incident.sun_irradiance
             sunlight = surface.response.of_sun_at_vertices(*sun)
-        return BesidesSky(exitance=exitance, sunlight=sunlight)
+            hidden = self._hidden(surface, transport, incident)
+            if hidden is not None:
+                surface.response.hide(sunlight, *hidden)
+        return BesidesSky(exitance=self._of_lamps(surface, incident), sunlight=sunlight)
 
     def at_vertices(
         self,
@@ -129,8 +129,6 @@ class PatchLight:
         besides: BesidesSky | None,
     ) -> tuple[Array32, GatheredSunlight | None]:
         """The exitance (p, 4) that vertices have yet to gather [W m-2], and what they get besides.
-
-        What other spacecraft take from the Sun's light is negative exitance.
 
         cells : (c, 4) radiance of the sky as the transport knows it; None for a dark sky
         besides : of ``besides_sky`` for the same light
@@ -152,16 +150,16 @@ class PatchLight:
         """All of the exitance (p, 4) of which ``at_vertices`` tells what is yet to be gathered."""
         if isinstance(transport, PosedTransport) or not incident.sun_irradiance.any():
             return exitance
-        response = self._surface(model, transport).response
-        return exitance + response.of_sun(incident.sun_direction, incident.sun_irradiance)
+        surface = self._surface(model, transport)
+        sunlight = surface.response.of_sun(incident.sun_direction, incident.sun_irradiance)
+        hidden = self._hidden(surface, transport, incident)
+        if hidden is not None:
+            sunlight *= share_left(*hidden)[:, None]
+        return exitance + sunlight
 
-    def _of_lamps_less_hidden(
-        self, surface: _Surface, transport: LightTransport, incident: IncidentLight
-    ) -> Array32 | None:
+    def _of_lamps(self, surface: _Surface, incident: IncidentLight) -> Array32 | None:
         """The exitance of ``BesidesSky``."""
         lights = _lamps(surface, incident)
-        if incident.before_sun and incident.sun_irradiance.any():
-            lights += self._hidden(surface, transport, incident)
         if not lights:
             return None
         solved = surface.response.of_fields({light.name: light.make for light in lights})
@@ -174,18 +172,41 @@ class PatchLight:
 
     def _hidden(
         self, surface: _Surface, transport: LightTransport, incident: IncidentLight
-    ) -> list[_FieldOfLight]:
-        """What other spacecraft take from the Sun's light, direction by direction of the grid."""
+    ) -> tuple[Array32, Array32] | None:
+        """(p,) what would leave the patches evenly of the light that other spacecraft take from a
+        Sun of 1 W/m2, and of all of its light; None where they take nothing.
+
+        Their ratio is by how much sunlight between the surfaces is less, in whichever way it is
+        reflected: nothing is left where all of it is taken.
+        """
         before_sun = _before_sun(transport, incident)
+        if not before_sun:
+            return None
         standing = tuple(other.key for other in before_sun)
-        return [
-            _FieldOfLight(
-                name=(node, *standing),
-                make=partial(self._hidden_at, surface.sunlit, transport, node, before_sun),
-                bands=-weight * incident.sun_irradiance,
-            )
-            for node, weight in grid_corners(incident.sun_direction)
-        ]
+        corners, of_fields = grid_corners(incident.sun_direction), surface.response.of_fields
+        taken = of_fields(
+            {
+                (node, *standing): partial(
+                    self._hidden_at, surface.sunlit, transport, node, before_sun
+                )
+                for node, _ in corners
+            }
+        )
+        if not any(field.any() for field in taken.values()):
+            return None
+        sent = of_fields(
+            {("all", node): partial(_sun_cosines_at, surface.sunlit, node) for node, _ in corners}
+        )
+
+        def mean(fields: Iterable[Array32]) -> Array32:
+            weights = (np.float32(weight) for _, weight in corners)
+            parts = (w * field.sum(axis=1) for w, field in zip(weights, fields, strict=True))
+            return np.asarray(sum(parts))
+
+        return (
+            mean(taken[node, *standing] for node, _ in corners),
+            mean(sent["all", node] for node, _ in corners),
+        )
 
     @staticmethod
     def _but_sunlight(
@@ -209,15 +230,16 @@ class PatchLight:
         """The same of a pose that does not last: all light together, solved now."""
         surface = self._surface(model, transport)
         irradiance = np.zeros_like(surface.reflectors.albedo)
+        emitted = surface.reflectors.exitance.copy()
         if incident.sun_irradiance.any():
-            cosines = self._sun_cosines(surface.sunlit, transport, incident)
-            irradiance += cosines[:, None] * incident.sun_irradiance.astype(np.float32)
+            direct = self.of_direct_sun(model, transport, incident)
+            emitted += direct * incident.sun_irradiance.astype(np.float32)
         if cells is not None:
             # Rays follow the cosine: each stands for pi over their number.
             irradiance += np.float32(np.pi) * (transport.sky @ cells)
         for lamp in _lamps(surface, incident):
             irradiance += np.outer(lamp.make(), lamp.bands.astype(np.float32))
-        emitted = surface.reflectors.exitance + surface.reflectors.albedo * irradiance
+        emitted += surface.reflectors.albedo * irradiance
         return radiosity(transport, surface.reflectors, emitted)
 
     def reflected(
@@ -234,17 +256,14 @@ class PatchLight:
         surface = self._surface(model, transport).reflectors
         return radiosity(transport, surface, surface.albedo * irradiance, residual)
 
-    def albedo(self, model: SpacecraftModel, transport: LightTransport) -> Array32:
-        """(p, 4) of the patches."""
-        return self._surface(model, transport).reflectors.albedo
-
     def of_direct_sun(
         self, model: SpacecraftModel, transport: LightTransport, incident: IncidentLight
     ) -> Array32:
         """(p, 4) what a Sun of 1 W m-2 adds to the exitance before any bounce."""
         surface = self._surface(model, transport)
-        cosines = self._sun_cosines(surface.sunlit, transport, incident)
-        return surface.reflectors.albedo * cosines[:, None]
+        sunlit, direction = surface.sunlit, incident.sun_direction
+        share = surface.reflectors.of_sun(sunlit.facing(direction)).sum(axis=0)
+        return share * self._sun_cosines(sunlit, transport, incident)[:, None]
 
     def sun_at_samples(
         self, model: SpacecraftModel, transport: LightTransport, incident: IncidentLight
@@ -279,7 +298,9 @@ class PatchLight:
         size = transport.nbytes + len(transport.areas) * BYTES_OF_PATCH
         nodes = 0 if transport.grids is None else transport.grids.rows
         size += (len(transport.vertex_rows) + nodes) * BYTES_OF_VERTEX
-        return self._surfaces.get(key, precomputed, size)
+        if isinstance(transport, PosedTransport):
+            return self._surfaces.get(key, precomputed, size)
+        return self._surfaces.get(key, precomputed, lambda made: size + made.response.lobe_bytes)
 
     def _hidden_cosines(
         self, sunlit: SunlitPatches, transport: LightTransport, incident: IncidentLight
@@ -322,6 +343,10 @@ def _before_sun(transport: LightTransport, incident: IncidentLight) -> list[Neig
     """Spacecraft that may shade one from the Sun, in steps of their poses."""
     reach = transport.mesh.radius
     return [neighbour.in_steps(reach, _SHADOW_STEP) for neighbour in incident.before_sun]
+
+
+def _sun_cosines_at(sunlit: SunlitPatches, node: Node) -> Array32:
+    return sunlit.at(node).cosines
 
 
 def _lamps(surface: _Surface, incident: IncidentLight) -> list[_FieldOfLight]:

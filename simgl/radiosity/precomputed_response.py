@@ -15,14 +15,15 @@ from typing import TypeVar
 import numpy as np
 from scipy import sparse
 
-from simgl.arrays import Array, Array32
+from simgl.arrays import Array, Array32, IndexArray
 from simgl.lru_cache import LruCache
 from simgl.radiosity.light_grids import more_of_nodes
 from simgl.radiosity.light_transport import LightTransport, PatchCells
+from simgl.radiosity.lobe_sunlight import PARTS, LobeSunlight
 from simgl.radiosity.near_means import TIMES
 from simgl.radiosity.patches import SAMPLES
 from simgl.radiosity.solver import Reflectors, radiosity
-from simgl.radiosity.sunlit_patches import CAPACITY, Node, SunlitPatches, grid_corners
+from simgl.radiosity.sunlit_patches import CAPACITY, Node, SunlitPatches, direction_of, grid_corners
 
 # Fields of light from elsewhere in memory: of some lamps, of the Sun about some directions.
 _FIELDS = 32
@@ -70,6 +71,12 @@ def _in_rows(count: int) -> int:
     return -(-count // _ROW) * _ROW
 
 
+def share_left(taken: Array32, sent: Array32) -> Array32:
+    """What is left of light of which some is taken; all where there is none."""
+    lost = np.divide(taken, sent, out=np.zeros_like(taken), where=sent > 0.0)
+    return np.clip(1.0 - lost, 0.0, 1.0, out=lost)
+
+
 class PrecomputedResponse:
     """Exitance of the patches of a body after all bounces, light by light.
 
@@ -94,6 +101,11 @@ class PrecomputedResponse:
         if not np.any(emitted):
             return emitted
         return radiosity(self._transport, self._surface, emitted)
+
+    @property
+    def lobe_bytes(self) -> int:
+        """Size of what is known of glossy surfaces, which is made at the latest now."""
+        return self._lobes.nbytes if self._lobes else 0
 
     def of_fields(
         self, fields: Mapping[Hashable, Callable[[], Array32]]
@@ -162,6 +174,34 @@ class PrecomputedResponse:
         light, count = mean.reshape(-1, 4), len(self._transport.vertex_rows)
         return GatheredSunlight(vertices=light[:count], nodes=light[_in_rows(count) :])
 
+    def hide(self, sunlight: GatheredSunlight, taken: Array32, sent: Array32) -> None:
+        """Take from what vertices and nodes get what other spacecraft take from the Sun's light.
+
+        taken, sent : (p,) what leaves the patches by that light, and by all of the Sun's
+        """
+        gather = self._transport.gather
+        left = share_left(gather @ taken, gather @ sent)
+        left = np.take(left, self._transport.vertex_rows)
+        light, nodes = sunlight.vertices, sunlight.nodes
+        light *= left[:, None]
+        if self._transport.grids is not None:
+            corners = np.take(left, self._corners_of_nodes)
+            of_nodes = nodes[: len(corners)]
+            of_nodes *= corners.mean(axis=1)[:, None]
+
+    @cached_property
+    def _corners_of_nodes(self) -> IndexArray:
+        """(n, 3) of each row of the table of nodes the rows of the corners of its triangle, or of
+        one of those that share it."""
+        grids = self._transport.grids
+        assert grids is not None
+        sides = grids.row_of_node.shape[2]
+        corners = self._transport.mesh.triangles[grids.triangles].astype(np.int64)
+        of_nodes = np.zeros((grids.rows, 3), dtype=np.int64)
+        for side in range(sides):
+            of_nodes[grids.row_of_node[:, :, side]] = (sides * corners + side)[:, None]
+        return of_nodes
+
     def parts_left(self, node: Node) -> int:
         """How many parts of what vertices get from a direction of the grid are to be made."""
         if node in self._at_vertices:
@@ -180,6 +220,7 @@ class PrecomputedResponse:
         transport = self._transport
         parts = 3 + 2 * (transport.grids is not None)
         parts += (transport.cells is not None) + (transport.means is not None)
+        parts += (PARTS + 1) * bool(self._lobes)
         return self._under_way.get(node, lambda: _UnderWay(parts=self._made(node), left=parts))
 
     def _made(self, node: Node) -> Iterator[None]:
@@ -210,10 +251,15 @@ class PrecomputedResponse:
         """Fill the rows with what vertices and nodes get where so much leaves the patches (p, 4),
         with a pause between the parts of the work."""
         transport, grids = self._transport, self._transport.grids
-        at_points = transport.sun_gather @ solved
+        evenly = solved - self._of_first(node)[1] if self._lobes else solved
+        at_points = transport.sun_gather @ evenly
         if grids is not None:
             yield
-            at_points = np.concatenate([at_points, grids.gather @ solved])
+            at_points = np.concatenate([at_points, grids.gather @ evenly])
+        if self._lobes:
+            for more in self._lobes.at_points(self._sunlit.at(node), direction_of(node)):
+                yield
+                at_points += more
         if transport.cells is not None:
             yield
             at_points += self._more_of_cells(transport.cells, node)
@@ -223,18 +269,27 @@ class PrecomputedResponse:
             yield
             for _ in range(TIMES):
                 at_points = transport.means @ at_points
+        again = None
+        if self._lobes:
+            yield
+            again = self._lobes.again_at_vertices(solved)
         count = len(transport.vertex_rows)
-        np.take(at_points, transport.vertex_rows, axis=0, out=rows[:count])
         if grids is not None:
             yield
             more = self._more_of_nodes @ at_points
             rows[_in_rows(count) :][: len(more)] = more
+        at_vertices = at_points[: transport.gather.shape[0]]
+        if again is not None:
+            # Nodes take what is linear between the vertices: this light has no sharp edges.
+            at_vertices = np.maximum(at_vertices + again, 0.0)
+        np.take(at_vertices, transport.vertex_rows, axis=0, out=rows[:count])
 
     def _more_of_cells(self, cells: PatchCells, node: Node) -> Array32:
         """(s + g, 4) what gather points get more as patches near them are lit in part: each sees
         the lit part or the dark one."""
         asked, more = self._sunlit.more_on_cells(cells, node)
-        reflected = self._surface.albedo[cells.patch[asked]] * more[:, None]
+        even, _ = self._surface.of_sun(self._sunlit.facing(direction_of(node)))
+        reflected = even[cells.patch[asked]] * more[:, None]
         return np.asarray(cells.gather[asked].T @ reflected)
 
     @cached_property
@@ -266,11 +321,41 @@ class PrecomputedResponse:
         """(p, 4) each for a Sun of 1 W/m2 in that direction."""
         if not nodes:
             return {}
-        return self._reflected(nodes, [self._sunlit.at(node).cosines for node in nodes])
+        solved = self._bounced(nodes, [self._leaving(node) for node in nodes])
+        if self._lobes:
+            for node, exitance in solved.items():
+                again = self._lobes.again_at_patches(exitance)
+                solved[node] = exitance + self._surface.albedo * again
+        return solved
+
+    def _leaving(self, node: Node) -> Array32:
+        """(p, 4) what leaves by a Sun of 1 W/m2 before bounces, and by that part of the second
+        reflection by which lobes bring more than even light would."""
+        even, lobes = self._of_first(node)
+        leaving = even + lobes
+        if self._lobes:
+            sunlit, direction = self._sunlit.at(node), direction_of(node)
+            more = self._lobes.at_patches(sunlit, direction, lobes)
+            leaving += self._surface.albedo * more
+        return leaving
+
+    def _of_first(self, node: Node) -> tuple[Array32, Array32]:
+        """(p, 4) what leaves by a Sun of 1 W/m2 before bounces: evenly, and in lobes."""
+        cosines = self._sunlit.at(node).cosines[:, None]
+        even, lobes = self._surface.of_sun(self._sunlit.facing(direction_of(node)))
+        return even * cosines, lobes * cosines
+
+    @cached_property
+    def _lobes(self) -> LobeSunlight:
+        return LobeSunlight(self._transport, self._surface.laws)
 
     def _reflected(self, names: list[Name], fields: list[Array32]) -> dict[Name, Array32]:
         """(p, 4) each by irradiance (p,) that is alike in all bands; together they take less
         time."""
-        reflected = self._surface.albedo[:, :, None] * np.stack(fields, axis=1)[:, None]
-        solved = radiosity(self._transport, self._surface, reflected)
+        albedo = self._surface.albedo
+        return self._bounced(names, [albedo * field[:, None] for field in fields])
+
+    def _bounced(self, names: list[Name], leaving: list[Array32]) -> dict[Name, Array32]:
+        """(p, 4) each after all bounces, by what leaves before (p, 4)."""
+        solved = radiosity(self._transport, self._surface, np.stack(leaving, axis=2))
         return {name: np.ascontiguousarray(solved[:, :, i]) for i, name in enumerate(names)}

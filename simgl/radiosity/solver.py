@@ -8,8 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from simgl.arrays import Array, Array32, Mask
+from simgl.arrays import Array, Array32, IndexArray, Mask
 from simgl.radiosity.light_transport import GatherMatrix, LightTransport
+from simgl.radiosity.reflection_laws import (
+    ReflectionLaws,
+    hemispherical_albedo,
+    reflection_laws,
+)
 from simgl.rays import AnyRayTracer
 from simgl.scene.materials import Material
 
@@ -29,12 +34,22 @@ class Reflectors:
 
     albedo : (p, 4) share of the light that leaves again
     exitance : (p, 4) that they give off by themselves [W m-2]
+    laws, law : of the materials, and (p,) that of each patch
     contraction : upper bound of what one bounce leaves of any light, below 1
     """
 
     albedo: Array32
     exitance: Array32
+    laws: ReflectionLaws
+    law: IndexArray
     contraction: float
+
+    def of_sun(self, facing: Array32) -> Array32:
+        """(2, p, 4) share of sunlight that leaves patches evenly, and in lobes that are followed.
+
+        facing : (p,) cosines of the patches to the Sun
+        """
+        return self.laws.of_light(self.law, facing)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -53,20 +68,6 @@ class Blocker:
     hull: Array
 
 
-def hemispherical_albedo(material: Material) -> Array:
-    """(4,) reflectance of a surface under uniform light.
-
-    A dielectric's base loses what Fresnel's term takes: its mean over the hemisphere is
-    F0 + (1 - F0) / 21, the integral of Schlick's (1 - cos)^5 with the cosine.
-    """
-    base = np.asarray(material.reflectance)
-    if material.roughness is None:
-        return base
-    f0 = 0.04 + material.metallic * (base - 0.04)
-    fresnel = f0 + (1.0 - f0) / 21.0
-    return fresnel + (1.0 - fresnel) * (1.0 - material.metallic) * base
-
-
 def material_light(materials: Sequence[Material]) -> tuple[Array32, Array32]:
     """(k, 4) albedo of materials under uniform light, and their own exitance [W m-2]."""
     albedo = np.array([hemispherical_albedo(m) for m in materials], dtype=np.float32)
@@ -81,6 +82,8 @@ def reflectors(transport: LightTransport, materials: Sequence[Material]) -> Refl
     return Reflectors(
         albedo=albedo,
         exitance=exitance,
+        laws=reflection_laws(used),
+        law=np.argmax(transport.materials, axis=1),
         contraction=_contraction(transport.form_factors, albedo),
     )
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
 from simgl.arrays import Array, Array32, IndexArray, Mask
 from simgl.lru_cache import LruCache
 from simgl.next_step import FARTHEST_FRAMES
+from simgl.radiosity.gather_points import unit_rows
 from simgl.radiosity.light_transport import LightTransport, PatchCells
 from simgl.radiosity.solver import Blocker, blocked_by, lit_samples, mean_cosines, seeing
 
@@ -84,6 +85,16 @@ class SunlitPatches:
     def at(self, node: Node) -> Sunlit:
         """The same for a direction of the grid, traced."""
         return self._nodes.get(node, lambda: self._traced(node))
+
+    def facing(self, direction: Array) -> Array32:
+        """(p,) cosines of the patches to a direction (3,), whatever stands before them."""
+        return np.maximum(self._normals @ direction.astype(np.float32), 0.0)
+
+    @cached_property
+    def _normals(self) -> Array32:
+        """(p, 3) mean unit normals of the patches."""
+        means = self._transport.normals.mean(axis=1, dtype=np.float64)
+        return unit_rows(means).astype(np.float32)
 
     def more_on_cells(self, cells: PatchCells, node: Node) -> tuple[IndexArray, Array32]:
         """Cells of the patches that are lit in part, and what the cosine (k,) there is more than

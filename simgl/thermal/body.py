@@ -11,8 +11,8 @@ from scipy import sparse
 from simgl.arrays import Array, IndexArray
 from simgl.radiosity.gather_points import face_normals
 from simgl.radiosity.patches import Patches, cluster
+from simgl.radiosity.reflection_laws import hemispherical_albedo
 from simgl.radiosity.remesh import position_ids, subdivided
-from simgl.radiosity.solver import hemispherical_albedo
 from simgl.scene.materials import Material
 from simgl.scene.mesh import Mesh
 from simgl.scene.posed_mesh import groups_of_parts

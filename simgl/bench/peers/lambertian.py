@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from simgl.radiosity.solver import hemispherical_albedo
+from simgl.radiosity.reflection_laws import hemispherical_albedo
 from simgl.scenario.loader import load_scenario
 from simgl.scenario.scenario import Scenario
 from simgl.scene.materials import Material

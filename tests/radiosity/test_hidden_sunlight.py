@@ -1,0 +1,82 @@
+"""Sunlight between surfaces, where other spacecraft take the Sun's light from them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from simgl.arrays import Array
+from simgl.radiosity.incident_light import IncidentLight, Neighbour
+from simgl.radiosity.patch_light import PatchLight
+from simgl.radiosity.precomputed_response import GatheredSunlight
+from simgl.scene.materials import Material
+from simgl.scene.spacecraft import SpacecraftModel
+from tests.radiosity.metal_walls import BLACK, WALL, WIDE, baked, towards
+from tests.radiosity.shapes import Quad, quads
+
+SUN = towards(45.0, 40.0)
+MATT = Material(name="matt", reflectance=(0.8,) * 4)
+
+
+def sheet(half: float) -> Quad:
+    """A square at the origin."""
+    return ((-half, -half, 0.0), (half, -half, 0.0), (half, half, 0.0), (-half, half, 0.0))
+
+
+def model(name: str, quad_corners: tuple[Quad, ...], *materials: Material) -> SpacecraftModel:
+    return SpacecraftModel(
+        name=name,
+        mesh=quads(quad_corners),
+        parts=(name,),
+        materials=materials,
+        open_sheets=True,
+    )
+
+
+def lit(plate: Material, wall: Material, shade: tuple[Quad, Array] | None) -> GatheredSunlight:
+    """What a plate with a wall gets of its own surfaces in the Sun.
+
+    shade : a sheet before the Sun, and where it is
+    """
+    transport = baked(WALL)
+    body = model("plate and wall", (WALL, WALL), plate, wall)
+    before: tuple[Neighbour, ...] = ()
+    if shade is not None:
+        pose = np.eye(4)
+        pose[:3, 3] = -shade[1]
+        other = model("shade", (shade[0],), BLACK)
+        before = (Neighbour(instance=2, model=other, other_from_body=pose, near=True),)
+    incident = IncidentLight(
+        sun_direction=SUN,
+        sun_irradiance=np.full(4, 100.0),
+        before_sun=before,
+        lamps=(),
+        around=before,
+    )
+    besides = PatchLight().besides_sky(body, transport, incident)
+    assert besides is not None
+    assert besides.sunlight is not None
+    return besides.sunlight
+
+
+@pytest.mark.parametrize("plate", [WIDE["alpha 0.2"], MATT], ids=["metal", "matt"])
+def test_a_body_in_full_shadow_of_another_reflects_no_sunlight(plate: Material) -> None:
+    """In lobes or evenly. Light of lobes less what would be missing of even light leaves a
+    third."""
+    free = lit(plate, BLACK, None)
+    assert free.vertices.max() > 10.0
+    assert np.abs(free.nodes).max() > 0.1
+    hidden = lit(plate, BLACK, (sheet(20.0), 4.0 * SUN))
+    assert hidden.vertices.max() < 1e-4
+    assert np.abs(hidden.nodes).max() < 1e-4
+
+
+def test_half_a_shadow_takes_light_of_what_it_covers() -> None:
+    """Vertices lose no more than all, gain nothing, and those far from the shadow keep theirs."""
+    free = lit(MATT, BLACK, None).vertices
+    # Over the far end of the plate.
+    part = lit(MATT, BLACK, (sheet(0.4), 0.5 * SUN + [1.6, 0.6, 0.0])).vertices
+    assert np.all(part <= free * 1.0001)
+    assert np.all(part >= 0.0)
+    total = part.sum() / free.sum()
+    assert 0.7 < total < 0.99
