@@ -200,8 +200,8 @@ class PatchLight:
 
         def mean(fields: Iterable[Array32]) -> Array32:
             weights = (np.float32(weight) for _, weight in corners)
-            parts = (w * field.sum(axis=1) for w, field in zip(weights, fields, strict=True))
-            return np.asarray(sum(parts))
+            bands = sum(w * field for w, field in zip(weights, fields, strict=True))
+            return np.asarray(bands @ np.ones(4, dtype=np.float32))
 
         return (
             mean(taken[node, *standing] for node, _ in corners),
