@@ -26,6 +26,8 @@ Spectrum = NDArray[np.complex64]
 CELL = 8
 # Planes, or threads of one transform, at a time. More than eight have too little to do each.
 WORKERS = min(max(len(os.sched_getaffinity(0)), 2), 8)
+# Pixels that are worth a thread of their own beyond the second.
+_OF_THREAD = 1 << 17
 # Lines that are looked through at a time for the first that are lit.
 _LINES = 64
 
@@ -137,7 +139,8 @@ class Convolver:
         limits : of each plane; pixels beyond are convolved in double precision
         """
         # Threads of one transform: those that the planes leave idle.
-        workers = max(WORKERS // len(planes), 1)
+        threads = threads_for(planes[0].size * len(planes))
+        workers = max(threads // len(planes), 1)
         convolved = list(
             self._map(
                 lambda p, plane, limit: self._convolve(p, plane, zones, limit, workers),
@@ -148,7 +151,7 @@ class Convolver:
         )
         shape = planes[0].shape
         spectra = [spectrum for spectrum, _ in convolved]
-        workers = max(WORKERS // len(self._mixing), 1)
+        workers = max(threads // len(self._mixing), 1)
         results = list(
             self._map(lambda mix: self._image(mix, spectra, shape, workers), self._mixing)
         )
@@ -245,6 +248,11 @@ class Convolver:
         spread = scipy.fft.ifft(spectra, axis=1, overwrite_x=True)[:, :rows]
         spread = scipy.fft.irfft(spread, n=across, axis=2)
         return np.maximum(spread[:, :, :columns], 0.0)
+
+
+def threads_for(pixels: int) -> int:
+    """So many threads work on so many pixels: to wake one takes as long as its work on few."""
+    return min(WORKERS, max(2, pixels // _OF_THREAD))
 
 
 def lit_window(light: Array32) -> Window:

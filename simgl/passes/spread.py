@@ -15,7 +15,7 @@ import numpy as np
 from simgl.arrays import Array, Array32
 from simgl.camera.camera import Camera
 from simgl.camera.camera_equation import irradiance_per_radiance
-from simgl.camera.convolution import WORKERS, Window, lit_window
+from simgl.camera.convolution import Window, lit_window, threads_for
 from simgl.camera.distortion import relative_illumination
 from simgl.camera.point_spread import Spread, SpreadLight, SunInCamera
 from simgl.gpu.render_targets import ImageTarget
@@ -113,7 +113,8 @@ class SpreadPass:
             of_rows = sums @ seen[rows].transpose(0, 2, 1)
             np.multiply(of_rows.transpose(1, 0, 2), relative[rows], out=planes[:, rows])
 
-        ends = np.linspace(0, window.shape[0], WORKERS + 1).astype(int).tolist()
+        parts = threads_for(planes.size)
+        ends = np.linspace(0, window.shape[0], parts + 1).astype(int).tolist()
         for _ in self._executor.map(fill, map(slice, ends[:-1], ends[1:])):
             pass
         return lens.spread.within(window, list(planes), sun)
