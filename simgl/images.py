@@ -189,7 +189,8 @@ class DigitalFrame:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TruthFrame:
-    """Depth and identity at the centre of each pixel.
+    """Depth and identity at the centre of each pixel; of a lens with skew or distortion, at the
+    nearest small pixel of the field that is drawn for it.
 
     depth : (height, width) float32 along the boresight [m], negative where a fisheye sees behind
         the camera; 0 for no spacecraft

@@ -89,7 +89,7 @@ class InterreflectionPass:
         self._unwritten: dict[int, _Solved] = {}
         self._written: dict[int, _Solved] = {}
         self._begun: dict[int, _Begun] = {}
-        # What later frames need: once this one has what it needs, and begun.
+        # What later frames need: tasks that wait until this one has its light, and those begun.
         self._next: list[Callable[[], None]] = []
         self._ahead: list[Future[None]] = []
 

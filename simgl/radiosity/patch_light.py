@@ -212,7 +212,7 @@ class PatchLight:
     def _but_sunlight(
         surface: _Surface, cells: Array32 | None, besides_sky: Array32 | None
     ) -> Array32:
-        """(p, 4) exitance by all light, less that of a Sun before which nothing stands [W m-2]."""
+        """(p, 4) exitance by all light but the Sun's [W m-2]."""
         exitance = surface.response.glow
         if cells is not None:
             exitance = exitance + surface.response.of_sky(cells)

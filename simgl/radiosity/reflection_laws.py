@@ -126,8 +126,10 @@ def hemispherical_albedo(material: Material) -> Array:
 
 
 def lost_by_widening(alpha2: Array32, wider: Array32) -> Array32:
-    """(n,) what lobes of squared widths reflect of uniform light, over what wider ones do: light
-    that meets a second microfacet is no part of a lobe, and of wide ones that is much."""
+    """(n,) what lobes of squared widths reflect of uniform light, over what wider ones do.
+
+    Light that meets a second microfacet is no part of a lobe, and of wide ones that is much.
+    """
     widths, once = _once_of_widths()
     of_lobe, of_wider = (np.interp(np.sqrt(a), widths, once) for a in (alpha2, wider))
     return np.asarray(of_lobe / of_wider, dtype=np.float32)
