@@ -46,59 +46,62 @@ from simgl.output import check_writable, complete_file
 
 HEAD = """# Earth and Moon against flight data
 
-What satellites and earthshine measured, and what simgl shows. What misses its goal stays listed.
-Made by `python -m benchmarks.flight --truth DIR --out DIR`.
+This page compares simgl with measurements of satellites and of earthshine. Rows that miss their goal
+stay in the table. Made by `python -m benchmarks.flight --truth DIR --out DIR`.
 
-**Albedo.** CERES measures all wavelengths, simgl's bands end at 400 and 1000 nm. Of the sunlight
-8.5 % lies below, 29.5 % above. A broadband albedo A becomes that of the bands by taking off what is
-reflected outside.
+**Albedo.** CERES measures all wavelengths; simgl's bands end at 400 and 1000 nm. 8.5 % of the
+sunlight lies below, 29.5 % above. A broadband albedo A is converted to that of the bands by
+subtracting the light that is reflected outside.
 
-- Below 400 nm, molecules of an optical depth of 0.556 (at 360 nm, Hansen and Travis 1974) lie over
-  ground that reflects a, as much as in the bands, where the air's own share is 0.06, and at least
-  0.05: 0.294 + 0.498 a / (1 - 0.294 a), by Eddington's two-stream method. Ozone takes 24 % of it:
-  all below 300 nm, two thirds to 330 nm.
-- Above 1000 nm, where water, ice and clouds absorb, it is 0.64 A (all-sky: with it 29 of the
-  99 W m-2 that the Earth reflects lie outside the bands) or 0.5 A (clear, an estimate; too little
-  for deserts).
+- Below 400 nm it is 0.294 + 0.498 a / (1 - 0.294 a), by Eddington's two-stream method: molecules of
+  optical depth 0.556 (at 360 nm, Hansen and Travis 1974) over ground of reflectance a. a is that of
+  the bands, of which the air contributes 0.06, and at least 0.05. Ozone absorbs 24 % of this light:
+  all below 300 nm, two thirds up to 330 nm.
+- Above 1000 nm, where water, ice and clouds absorb, it is 0.64 A for all-sky albedos: 29 of the
+  99 W m-2 that the Earth reflects then lie outside the bands. For clear skies it is 0.5 A, an
+  estimate that is too low for deserts.
 
 Belts and parts of the Earth are means weighted by the sunlight of a year.
 
-**Full discs** are the whole Earth at noon over a longitude, each over the mean of the four. The
-truth takes every place for Lambertian, with its mean albedo.
+**Full discs** are the whole Earth at noon over a longitude, each divided by the mean of the four.
+The truth assumes that every place is Lambertian with its mean albedo.
 
-**Cube in low orbit.** The Earth's light on the faces of a cube at 400 km in an orbit of 51.6 deg,
-mean of an orbit, over that of a Lambertian Earth with CERES's mean albedo of each place; fifteen
-orbits on each date. The truth knows no weather of the day, no albedo that grows as the Sun sinks
-(in simgl it does, which cancels over an orbit but for some per cent) and no direction in which
-clouds and sea are brighter. The median should be near 1; the spread is half the range from 16 to
-84 % of the orbits.
+**Cube in low orbit.** Earthshine on the faces of a cube at 400 km in an orbit of 51.6 deg, mean over
+an orbit, divided by that of a Lambertian Earth with CERES's mean albedo of each place; fifteen
+orbits on each date. The truth has no weather of the day. It has no albedo that grows as the Sun
+sinks; simgl has, which cancels over an orbit to some per cent. It has no preferred directions of
+clouds and sea. The median should be near 1; the spread is half the range from 16 to 84 % of the
+orbits.
 
 **Earthshine.** p* is the light of the Earth over that of a white Lambertian globe at the same
-phase, from 400 to 700 nm, measured on the dark side of the Moon (Goode et al. 2001; Palle et al.
-2004), a mean over the nights of those phases. The Earth is no Lambertian globe: from all its
+phase, from 400 to 700 nm. It was measured on the dark side of the Moon (Goode et al. 2001; Palle et
+al. 2004), as a mean over the nights of those phases. The Earth is not a Lambertian globe: from all
 measured phases Robinson (2025, arXiv:2507.22258) finds a spherical albedo of 0.294 in these bands
-and a geometric one of 0.242, a p* of 0.363 at full phase.
+and a geometric albedo of 0.242, a p* of 0.363 at full phase.
 
-The Earth is seen from the distance of the Moon by cameras all around, on four dates, each time with
-the weather of another seed. This run has `--views 24`; belts under a clear sky are within 0.004 of
+In simgl cameras all around, at the distance of the Moon, see the Earth on four dates, each with the
+weather of another seed. This run has `--views 24`; belts under a clear sky are within 0.004 of
 those of 48 cameras.
 
-**The Moon.** Two images that imagers in geostationary orbit took of it (lunar observations of the
+**The Moon.** Two images of the Moon by imagers in geostationary orbit (lunar observations of the
 Global Space-based Inter-Calibration System; EUMETSAT and JMA are acknowledged). The reflectance of
-the disc is its light over that of a white Lambertian disc. SEVIRI's calibration is good to some per
-cent. The Lunar Irradiance Model of ESA (LIME, release of 2025-10-10; Toledano et al. 2024; good to
-2 %) has 1.023 and 0.992 times SEVIRI's light in its channels, at that phase and libration, waning
-included: that is the truth. simgl has the part of LIME that knows only the phase, and a map of the
-seas for the rest. By Aqua-MODIS SEVIRI lies 8 and 6 % too low (Meirink et al. 2013), a level 6 %
-above LIME's. Both agree in colour; SEVIRI's on the scale of MODIS is the truth of the third row.
-simgl's bands are moved to the channels by LIME's spectrum. The correlation is between the image and
-simgl's, laid over it by the affine map that fits best: of the frame with its black sky,
-and of the lit disc alone. MTSAT-2 scanned with visible jumps from line to line. The command
-leaves the images, simgl's, and their ratio in `moon.png` of its folder; they are not simgl's to
-publish.
+the disc is its light over that of a white Lambertian disc.
 
-**The air** is that of the U.S. Standard Atmosphere, 1976. Its density decides how high the limb
-stands, and bends the light of limb, stars and Sun.
+- SEVIRI's calibration is good to some per cent. The Lunar Irradiance Model of ESA (LIME, release of
+  2025-10-10; Toledano et al. 2024; good to 2 %) has 1.023 and 0.992 times SEVIRI's light in its
+  channels, at that phase and libration, waning included: this is the truth.
+- simgl uses the part of LIME that depends on the phase alone, and a map of the seas for the rest.
+- By Aqua-MODIS SEVIRI is 8 and 6 % too low (Meirink et al. 2013), a level 6 % above LIME's. Both
+  agree in colour; SEVIRI's colour on the scale of MODIS is the truth of the third row.
+- simgl's bands are converted to the channels by LIME's spectrum.
+- The correlation is between the image and simgl's, after the affine map that fits best: of the
+  frame with its black sky, and of the lit disc alone. MTSAT-2 scanned with visible jumps from line
+  to line.
+- The command writes the images, simgl's images, and their ratio to `moon.png` of its folder. The
+  images may not be published here.
+
+**The air** is that of the U.S. Standard Atmosphere, 1976. Its density determines the height of the
+limb, and the refraction of limb, stars and Sun.
 """
 
 # Shares of the sunlight below 400 nm and above 1000 nm.

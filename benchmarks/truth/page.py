@@ -8,9 +8,9 @@ from benchmarks.truth.rows import Row, Table
 
 HEAD = """# Truth tables
 
-Cases with a truth of their own, what simgl shows, the error and its goal. What misses its goal
-stays listed. Made by `python -m benchmarks.truth --out DIR`; a table of another run names it.
-All else that was measured: [verification](verification.md).
+Cases with a known answer: the truth, the result of simgl, the error and its goal. Rows that miss
+their goal stay in the table. Made by `python -m benchmarks.truth --out DIR`; a table from another run
+names that run. All other measurements: [verification](verification.md).
 """
 
 
