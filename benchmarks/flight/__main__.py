@@ -46,8 +46,8 @@ from simgl.output import check_writable, complete_file
 
 HEAD = """# Earth and Moon against flight data
 
-This page compares simgl with measurements of satellites and of earthshine. Rows that miss their goal
-stay in the table. Made by `python -m benchmarks.flight --truth DIR --out DIR`.
+This page compares simgl with measurements of satellites and of earthshine. Rows that miss their
+goal stay in the table. Made by `python -m benchmarks.flight --truth DIR --out DIR`.
 
 **Albedo.** CERES measures all wavelengths; simgl's bands end at 400 and 1000 nm. 8.5 % of the
 sunlight lies below, 29.5 % above. A broadband albedo A is converted to that of the bands by
@@ -66,8 +66,8 @@ Belts and parts of the Earth are means weighted by the sunlight of a year.
 **Full discs** are the whole Earth at noon over a longitude, each divided by the mean of the four.
 The truth assumes that every place is Lambertian with its mean albedo.
 
-**Cube in low orbit.** Earthshine on the faces of a cube at 400 km in an orbit of 51.6 deg, mean over
-an orbit, divided by that of a Lambertian Earth with CERES's mean albedo of each place; fifteen
+**Cube in low orbit.** Earthshine on the faces of a cube at 400 km in an orbit of 51.6 deg, mean
+over an orbit, divided by that of a Lambertian Earth with CERES's mean albedo of each place; fifteen
 orbits on each date. The truth has no weather of the day. It has no albedo that grows as the Sun
 sinks; simgl has, which cancels over an orbit to some per cent. It has no preferred directions of
 clouds and sea. The median should be near 1; the spread is half the range from 16 to 84 % of the

@@ -9,8 +9,8 @@ from benchmarks.truth.rows import Row, Table
 HEAD = """# Truth tables
 
 Cases with a known answer: the truth, the result of simgl, the error and its goal. Rows that miss
-their goal stay in the table. Made by `python -m benchmarks.truth --out DIR`; a table from another run
-names that run. All other measurements: [verification](verification.md).
+their goal stay in the table. Made by `python -m benchmarks.truth --out DIR`; a table from another
+run names that run. All other measurements: [verification](verification.md).
 """
 
 
