@@ -156,10 +156,10 @@ def test_the_architecture_page_lists_the_layers() -> None:
     assert listed == [layer for layer in expected if layer]
 
 
-def test_the_ways_of_a_pose_and_a_pixel_name_what_exists() -> None:
+def test_the_paths_of_a_pose_and_a_pixel_name_what_exists() -> None:
     page = (ROOT / "docs" / "architecture.md").read_text()
-    ways = page[page.index("## The way of one pose") : page.index("## Where to add what")]
-    named = set(re.findall(r"\w+", " ".join(re.findall(r"`([^`]*)`", ways))))
+    paths = page[page.index("## From a pose to a matrix") : page.index("## Where to add what")]
+    named = set(re.findall(r"\w+", " ".join(re.findall(r"`([^`]*)`", paths))))
     folders = ("simgl", "bridge/simgl_bridge", "shaders")
     files = [path for folder in folders for path in (ROOT / folder).rglob("*.*")]
     source = [path.read_text() for path in files if path.suffix in (".py", ".glsl", ".frag")]
