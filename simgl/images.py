@@ -189,11 +189,13 @@ class DigitalFrame:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TruthFrame:
-    """Depth and identity at the centre of each pixel; of a lens with skew or distortion, at the
-    nearest small pixel of the field that is drawn for it.
+    """Depth and identity at the centre of each pixel.
 
-    depth : (height, width) float32 along the boresight [m], negative where a fisheye sees behind
-        the camera; 0 for no spacecraft
+    For a lens with skew or distortion they are taken at the nearest pixel of the enlarged pinhole
+    image, which has pixels of half the size.
+
+    depth : (height, width) float32 along the boresight [m], negative behind the camera (fisheye
+        lenses); 0 for no spacecraft
     part_id : (height, width) uint32, instance * 65536 + part + 1; 0 for no spacecraft
     part_names : id to "spacecraft/part"
     """
@@ -253,12 +255,12 @@ class LidarFrame:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ThermalFrame:
-    """What a thermal camera sees, before its detector.
+    """The image of a thermal camera before its detector.
 
     radiance : (height, width) float32, integrated over the camera's band [W m-2 sr-1]
     temperature : (height, width) float32, mean of the surfaces in a pixel [K]; 0 for no spacecraft
     state : hash of the temperatures of all spacecraft
-    history : how these came about: "steady" without a history
+    history : origin of the temperatures: "steady" without a history
     """
 
     info: FrameInfo
@@ -269,7 +271,7 @@ class ThermalFrame:
 
     @property
     def brightness_temperature(self) -> Array:
-        """(height, width) of black bodies of the radiance [K]."""
+        """(height, width) temperature of black bodies with the same band radiance [K]."""
         thermal = self.info.camera.thermal
         assert thermal is not None
         return band_temperature(thermal.band, self.radiance)
@@ -329,8 +331,9 @@ def display_from_dn(dn: Image16, camera: Camera, gain: float = 1.0) -> Image8:
 
 
 def display_from_radiance(radiance: Array32, gain: float = 1.0, bands: Bands = BANDS) -> Image8:
-    """(height, width, 3) sRGB image of the bands R, G, B in the colours that people see,
-    or of the first three bands; grey for one.
+    """(height, width, 3) sRGB image of the bands R, G, B in natural colours.
+
+    Other bands: the first three as red, green and blue; a single band as grey.
 
     White is a white surface that faces the Sun at 1 au, so that images are comparable.
 
@@ -398,7 +401,7 @@ def png_bytes(image: Image8) -> bytes:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Capture:
-    """One image in the forms that were asked for; the other fields are None.
+    """One image as the requested products; the other fields are None.
 
     In a notebook it shows the first of its frames, with a table of its settings.
 

@@ -1,4 +1,4 @@
-"""What a capture can contain, and what of it a camera has."""
+"""The products of a capture, and which of them a camera has."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from simgl.errors import ConfigError
 
 
 class Product(StrEnum):
-    """What a capture can contain; each is a field of ``Capture`` of that name, DN is ``digital``.
+    """The forms of an image; the field of ``Capture`` has the same name, for DN ``digital``.
 
     >>> simgl.Product("radiance") is simgl.Product.RADIANCE
     True
@@ -28,17 +28,20 @@ class Product(StrEnum):
 
 
 ALL_PRODUCTS = frozenset(Product)
-# Of cameras that see thermal radiation.
+# Products of thermal cameras.
 THERMAL_PRODUCTS = frozenset({Product.DN, Product.THERMAL, Product.TRUTH, Product.NORMALS})
 
 
 def products_of(camera: Camera) -> frozenset[Product]:
-    """What a capture of a camera may contain."""
+    """The products that a camera has."""
     return ALL_PRODUCTS - {Product.THERMAL} if camera.thermal is None else THERMAL_PRODUCTS
 
 
 def check_products(camera: Camera, products: Collection[Product], scenario: str) -> None:
-    """Raise ConfigError for a product that a thermal camera has not; of others it is left out."""
+    """Raise ConfigError for products that a thermal camera does not have.
+
+    Other cameras omit the products that they do not have.
+    """
     if camera.thermal is None:
         return
     for product in sorted(set(products) - THERMAL_PRODUCTS):

@@ -1,4 +1,4 @@
-"""From a scenario to captures: the object that most programs hold."""
+"""The simulator: renders captures of a scenario. Most programs hold one."""
 
 from __future__ import annotations
 
@@ -59,22 +59,23 @@ Frame = TypeVar("Frame")
 
 @dataclass(frozen=True, eq=False)
 class _Drawn:
-    """A capture whose DN are still to be read, if there are any."""
+    """A capture whose DN, if any, have not been read back yet."""
 
     frames: Capture
     dn: ImageTarget | None = None
 
 
 class Simulator(AbstractContextManager["Simulator"]):
-    """Captures images of a scenario. An image depends only on the state given to it.
+    """Captures images of a scenario. An image depends only on the given state.
 
-    scenario : its models, Earth and render settings are what is drawn
-    ctx : OpenGL context to use; without it the simulator opens one and closes it at the end
-    progress : called with the steps done and their number while interreflection is traced and the
-        tables of the atmosphere and the Earth are computed: some seconds for each that is new
+    scenario : provides models, Earth and render settings
+    ctx : OpenGL context to use; without it the simulator opens its own and closes it at the end
+    progress : called with the number of finished steps and of all steps, while interreflection is
+        traced and tables of the atmosphere and the Earth are computed (some seconds for each new
+        one)
 
-    Raises ContextError if there is no usable OpenGL, and ConfigError for a camera whose images the
-    driver cannot draw. Close it by ``with`` or ``close``.
+    Raises ContextError if there is no usable OpenGL, and ConfigError for a camera whose image size
+    the driver does not support. Use it in a ``with`` statement, or call ``close``.
 
     >>> ball = {"sphere": {"radius_m": 1.0, "material": {"reflectance": 0.5}}}
     >>> about = {"target": "ball", "azimuth_deg": 0.0, "range_m": 9.0}
@@ -120,12 +121,12 @@ class Simulator(AbstractContextManager["Simulator"]):
 
     @property
     def timer(self) -> PassTimer:
-        """Times of the passes, once enabled."""
+        """Timer of the passes; disabled by default."""
         return self._renderer.timer
 
     @cached_property
     def temperatures(self) -> TemperatureHistory:
-        """Of the spacecraft, along the laws of the scenario from its epoch on."""
+        """Temperatures of the spacecraft, by the scenario's laws from its epoch on."""
         scenario = self.scenario
         return TemperatureHistory(
             self.thermal_bodies,
@@ -150,19 +151,20 @@ class Simulator(AbstractContextManager["Simulator"]):
         draw: int = 0,
         temperatures: Temperatures | None = None,
     ) -> Capture:
-        """The image that a camera of the scene captures.
+        """Capture the image of one camera.
 
-        during : the scene at other epochs [TAI ns] while the shutter is open, such as the
-            scenario's ``at``; electrons and DN then show motion blur and rolling shutter. Without
-            it the scene stands still, as it always does for radiance and truth
-        seed : of the noise, in place of the scenario's
-        draw : which of several images of this epoch: equal numbers have equal noise, others
+        during : function of the epoch [TAI ns] that returns the scene during the exposure, such as
+            ``Scenario.around(tai_ns)``; electrons and DN then have motion blur and rolling
+            shutter. Without it the scene is static. Radiance and truth are always those of the
+            epoch of ``state``
+        seed : of the noise; the scenario's if omitted
+        draw : distinguishes images of one epoch: equal draws have equal noise, different draws
             independent noise; 0 to 2^32 - 1
-        temperatures : of the spacecraft, for thermal cameras, such as ``TemperatureHistory`` gives;
-            without them those of the steady state, which the frame says
+        temperatures : of the spacecraft, for thermal cameras, for instance from
+            ``TemperatureHistory``; those of the steady state if omitted. The frame says which
 
-        Raises ConfigError for an unknown camera, for one inside a body and for a product that it
-        has not, ValueError for a draw out of range.
+        Raises ConfigError for an unknown camera, for a camera inside a body and for a product that
+        the camera does not have; ValueError for a draw out of range.
         """
         (capture,) = self.captures(state, {camera: products}, during, seed, draw, temperatures)
         return capture
@@ -170,8 +172,10 @@ class Simulator(AbstractContextManager["Simulator"]):
     def capture_at(
         self, tai_ns: int, camera: str, products: Collection[Product], draw: int = 0
     ) -> Capture:
-        """The image at a time [TAI ns] when all follow the scenario's laws: as ``capture`` makes it
-        of the moving scene, with the temperatures since the scenario's epoch."""
+        """Capture the image at a time [TAI ns] at which all bodies follow the scenario's laws.
+
+        Motion during the exposure is included. Temperatures start at the scenario's epoch.
+        """
         thermal = camera in self.scenario.cameras and self.scenario.cameras[camera].thermal
         return self.capture(
             self.scenario.at(tai_ns),
@@ -191,11 +195,11 @@ class Simulator(AbstractContextManager["Simulator"]):
         draw: int = 0,
         temperatures: Temperatures | None = None,
     ) -> tuple[Capture, ...]:
-        """The images of several cameras of one scene, each as ``capture`` makes it.
+        """Capture the images of several cameras of one scene, each as by ``capture``.
 
-        Takes less time than one after the other: DN are read back when all images are under way.
+        This is faster than separate calls, since DN are read back after all images are submitted.
 
-        cameras : their names, and what is wanted of each
+        cameras : camera name to products
         """
         unread = []
         # Another simulator of this process may have made its own context current.
@@ -223,15 +227,16 @@ class Simulator(AbstractContextManager["Simulator"]):
         products: Collection[Product] = frozenset({Product.DN}),
         first_draw: int = 0,
     ) -> tuple[Capture, ...]:
-        """Images of one instant with other settings of a camera; the scene is rendered once.
+        """Capture one instant with several settings of a camera; the scene is rendered once.
 
-        settings : the camera with other exposure times, f-numbers, filters or electronics; image
-            size and field of view must be the same. Frames of radiance and truth name the
-            scenario's camera
-        first_draw : draw of the first image; the others count on, so that each has its own noise
+        settings : the camera with different exposure times, f-numbers, filters or electronics;
+            image size and field of view must be the same. Frames of radiance and truth refer to
+            the scenario's camera
+        first_draw : draw of the first image; it increases by 1 per image, so that each has its own
+            noise
 
-        Raises ConfigError and ValueError as ``capture`` does, and ValueError for a camera of
-        another field of view.
+        Raises ConfigError and ValueError like ``capture``, and ValueError for a camera with a
+        different field of view.
         """
         still = self._still(state, camera, draw=first_draw)
         if still.camera.thermal is not None:
@@ -284,10 +289,9 @@ class Simulator(AbstractContextManager["Simulator"]):
         return StillScene(self._renderer, state, view, info)
 
     def _view(self, state: SceneState, camera: str, part: ExposurePart | None = None) -> FrameView:
-        """What a camera draws of a state, or of the part of an exposure of which that is the
-        middle."""
+        """The view of a camera at a state, or over the part of an exposure around it."""
         placed = state.cameras.get(camera)
-        # Thermal radiation takes no visible light between surfaces.
+        # Thermal images do not need visible light between surfaces.
         lit = placed is None or placed.camera.thermal is None
         try:
             return frame_view(
@@ -309,7 +313,7 @@ class Simulator(AbstractContextManager["Simulator"]):
     def _over_exposure(
         self, still: StillScene, during: Callable[[int], SceneState] | None
     ) -> StillScene:
-        """The scene while the shutter is open; the still one where nothing moves visibly."""
+        """The scene during the exposure; the still scene if nothing moves visibly."""
         camera = still.camera.name
         if during is None or (scene := moving_scene(still.state, camera, during)) is None:
             return still
@@ -357,8 +361,10 @@ class Simulator(AbstractContextManager["Simulator"]):
     def _lit_for(
         self, still: StillScene, colours: Sequence[DetectorLight], index: int
     ) -> StillScene:
-        """The scene with its lamps as the pixels of a colour respond to them; the last one found
-        again, for the settings of a bracket."""
+        """The scene with its lamps weighted by the response of the pixels of one colour.
+
+        The last result is cached for the settings of a bracket.
+        """
         camera, light = still.camera, colours[index]
         if light.key == b"":
             return still
@@ -380,10 +386,10 @@ class Simulator(AbstractContextManager["Simulator"]):
         products: Collection[Product],
         place: int = 0,
     ) -> _Drawn:
-        """The capture with electrons and DN, as far as they are asked for.
+        """The capture with electrons and DN, if they are requested.
 
-        electrons : None where neither is
-        place : of the image among those that are under way
+        electrons : None if neither is requested
+        place : index of the image among those that are not read back yet
         """
         info = still.info
         if electrons is not None and Product.ELECTRONS in products:

@@ -1,4 +1,4 @@
-"""The client for asyncio: several requests may be under way, up to the server's window."""
+"""The client for asyncio: several requests may be pending, up to the server's window."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ _Reply = TypeVar("_Reply", bound=Message)
 
 
 class AsyncClient:
-    """An asynchronous connection to one server; errors and timeouts as those of ``Client``.
+    """An asynchronous connection to one server, with the errors and timeouts of ``Client``.
 
     Requests beyond the server's window wait here until an earlier one is answered.
 

@@ -1,4 +1,4 @@
-"""The pose of a spacecraft in a client program, and its form on the wire."""
+"""The pose of a spacecraft in a client program, and its message."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ class BodyPose:
     """Position, velocity, attitude and joints of a spacecraft.
 
     position_m : (3,) origin of the body frame, Earth-centred, ICRF axes [m]
-    velocity_m_s : (3,) in the same axes [m s-1]. LVLH axes and the aberration of stars follow it;
-        it moves the spacecraft only where ``moving`` is set, while the shutter is open
-    q_icrf_from_body_xyzw : (4,) unit, Hamilton, scalar last; turns body into ICRF components
+    velocity_m_s : (3,) in the same axes [m s-1]. It determines LVLH axes and the aberration of
+        stars. It moves the spacecraft during the exposure only if ``moving`` is set
+    q_icrf_from_body_xyzw : (4,) unit, Hamilton, scalar last; transforms body to ICRF components
     joints : movable joint to its angle [rad] or travel [m]
-    angular_velocity_rad_s : (3,) relative to ICRF, in body axes; used where ``moving`` is set
+    angular_velocity_rad_s : (3,) relative to ICRF, in body axes; used if ``moving`` is set
     """
 
     position_m: ArrayLike
@@ -41,7 +41,7 @@ class BodyPose:
         )
 
     def as_sent(self) -> SentPose:
-        """The pose as it is sent; raises ValueError for a wrong shape."""
+        """The pose as a message; raises ValueError for a wrong shape."""
         x, y, z = floats("position_m", self.position_m, 3)
         vx, vy, vz = floats("velocity_m_s", self.velocity_m_s, 3)
         qx, qy, qz, qw = floats("q_icrf_from_body_xyzw", self.q_icrf_from_body_xyzw, 4)

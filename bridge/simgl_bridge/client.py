@@ -50,9 +50,9 @@ _Reply = TypeVar("_Reply", bound=Message)
 
 
 class PendingImages:
-    """The images of a request under way, from ``Client.submit``.
+    """The images of a pending request, from ``Client.submit``.
 
-    is_done : receives what has arrived; whether there is a result
+    is_done : receives arrived messages; returns whether there is a result
     finish : waits for the images
     """
 
@@ -62,29 +62,29 @@ class PendingImages:
 
     @property
     def done(self) -> bool:
-        """Whether ``result`` answers, or raises, at once."""
+        """Whether ``result`` returns, or raises, at once."""
         return self._is_done()
 
     def result(self) -> ImageSet:
-        """The images, once they are there; raises as ``Client.render_all`` does."""
+        """Wait for the images; raises like ``Client.render_all``."""
         if self._images is None:
             self._images = self._finish()
         return self._images
 
 
 class Client:
-    """A synchronous connection to one server. Every wait ends.
+    """A synchronous connection to one server. Every call times out.
 
-    timeout_s : of every call once the server is ready; a request is then refused as too late. None
-        waits for an image as long as the server says that it works on it, an hour at most, and
-        gives up a server that says nothing for 10 s
-    ready_timeout_s : for a server that is starting
-    on_status : called with the server's status while a call waits: what is prepared, and how far
+    timeout_s : limit of every call once the server is ready; the server then refuses the request as
+        too late. With None a call waits for an image while the server reports that it is working,
+        one hour at most, and gives up if the server is silent for 10 s
+    ready_timeout_s : limit for a server that is starting
+    on_status : called with the server's status while a call waits: current step and progress
 
-    Use it on one thread. Raises NoAnswerError where the server does not answer (at once where the
-    connection breaks), RemoteError where it refuses, AccessError where keys do not fit, and
-    BridgeError where a reply shows anything but what was asked for. After a NoAnswerError the
-    client can be used on: it connects again with the next request.
+    Use it on one thread. Raises NoAnswerError if the server does not answer (at once if the
+    connection breaks), RemoteError if it refuses the request, AccessError for wrong keys, and
+    BridgeError if a reply does not show the requested state. After a NoAnswerError the client
+    remains usable: it connects again with the next request.
 
     >>> with Client("tcp://127.0.0.1:5563") as client:
     ...     image = client.render(client.welcome.epoch_tai_ns, "navcam")
@@ -128,7 +128,7 @@ class Client:
         return self._protocol.restarts
 
     def status(self) -> ServerStatus | None:
-        """What the server is doing now; None from one of an older version."""
+        """The server's current status; None from a server of an older version."""
         return self._call(Ping(id=self._protocol.next_id()), Pong)[0].status
 
     def ping(self) -> float:
@@ -158,10 +158,10 @@ class Client:
         retry: bool = False,
         **options: Unpack[RenderOptions],
     ) -> Image:
-        """The image that one camera takes of a state; see ``render_all`` for the other parameters.
+        """The image of one camera and one state; see ``render_all`` for the other parameters.
 
-        exposure_time_s, gain_dn_per_e : None takes the camera's own
-        products : of ``welcome.products``
+        exposure_time_s, gain_dn_per_e : the camera's values if None
+        products : names from ``welcome.products``
         """
         shots = [shot_of(camera, exposure_time_s, gain_dn_per_e, products)]
         return self.render_all(tai_ns, shots, bodies, retry=retry, **options)[camera]
@@ -175,20 +175,20 @@ class Client:
         retry: bool = False,
         **options: Unpack[RenderOptions],
     ) -> ImageSet:
-        """The images that several cameras take of one state.
+        """The images of several cameras and one state.
 
         tai_ns : mid-exposure, an integer (a float would lose nanoseconds)
-        bodies : spacecraft left out follow the scenario's own laws
-        retry : send the request once more, with another ``timeout_s``, where no answer comes, or
-            the server lost its renderer or GPU over it; one that is still running renders once
-        sun_position_m : (3,) Earth-centred ICRF; None leaves the Sun to the scenario
-        lamps : lamp to the share of its power that it burns with, 0 to 1; others burn fully
-        moving : bodies move with their rates while the shutter is open: motion blur
-        draw : which of several images of this time; another number has other noise
+        bodies : spacecraft to pose; spacecraft that are not listed follow the scenario's laws
+        retry : send the request a second time, with a new ``timeout_s``, if no answer comes or the
+            server lost its renderer or GPU; a request that is still running is rendered once
+        sun_position_m : (3,) Earth-centred ICRF; the scenario's Sun if None
+        lamps : lamp to the fraction of its power, 0 to 1; lamps that are not listed have full power
+        moving : bodies move with their rates during the exposure: motion blur, rolling shutter
+        draw : distinguishes images of one time; each draw has its own noise
         seek : allow a time before that of the last request
         compression : "zstd" for a link between machines; the images are the same
-        thermal_from : of thermal cameras ``thermal_state`` of the image before: temperatures go on
-            from there; without it they are those of the steady state
+        thermal_from : for thermal cameras, ``thermal_state`` of an earlier image: temperatures
+            continue from there. Without it they are those of the steady state
         """
         self._make_room()
         attempts = 2 if retry else 1
@@ -203,12 +203,12 @@ class Client:
         bodies: Mapping[str, BodyPose] | None = None,
         **options: Unpack[RenderOptions],
     ) -> PendingImages:
-        """Send a request without waiting: the next one may follow while its images are drawn.
+        """Send a request without waiting, so that the next one can follow while it is rendered.
 
-        Parameters are those of ``render_all``, without ``retry``. The server works in the order of
-        the requests, and one that it refuses does not touch the others. ``timeout_s`` counts from
-        here, so it covers the requests before. At most ``welcome.window`` are under way: a further
-        one waits for the first of them.
+        Parameters are those of ``render_all``, without ``retry``. The server renders requests in
+        order; a refused request does not affect the others. ``timeout_s`` starts at this call and
+        therefore includes earlier requests. At most ``welcome.window`` requests are pending: a
+        further one waits for the first of them.
         """
         self._make_room()
         deadline_ms = server_deadline_ms(self.timeout_s)
@@ -246,8 +246,8 @@ class Client:
     ) -> int:
         """Free-run: send the newest state without waiting; returns its id.
 
-        Parameters are those of ``render_all``, without ``seek``. A state that the server refuses is
-        raised by the next call that waits.
+        Parameters are those of ``render_all``, without ``seek``. If the server refuses the state,
+        the next call that waits raises the error.
         """
         self._check_open()
         state = self._protocol.state(tai_ns, cameras, bodies, **options)
@@ -258,9 +258,9 @@ class Client:
         return state.id
 
     def next_images(self, after: int = 0) -> ImageSet:
-        """Free-run: the images of a state newer than those of sequence ``after``.
+        """Free-run: the next images after those of sequence ``after``.
 
-        They name the state that they show, and count the states that were skipped.
+        They contain the id of their state, and the number of skipped states.
         """
         deadline_ms = server_deadline_ms(SILENCE if self.timeout_s is None else self.timeout_s)
         request = Next(id=self._protocol.next_id(), after=after, deadline_ms=deadline_ms)
@@ -282,7 +282,7 @@ class Client:
 
     def _finish(self, call: Call[_Reply]) -> tuple[_Reply, Payload]:
         try:
-            # What came while nobody waited counts, however late it is now.
+            # A reply that arrived before this call counts, even after the deadline.
             if not self._is_done(call):
                 self._check_open()
             self._wait(call)
@@ -291,13 +291,13 @@ class Client:
         return call.result()
 
     def _wait(self, call: Call[Any]) -> None:
-        """Until a call has its reply or its error."""
+        """Wait until a call has its reply or its error."""
         while not call.done:
             self._move(call)
             self._receive(call.wake_at - time.monotonic())
 
     def _move(self, call: Call[Any]) -> None:
-        """Send what is due of a call."""
+        """Send the messages of a call that are due."""
         if frames := self._protocol.due(call):
             self._send(frames, time.monotonic() + call.timeout_s)
 
@@ -306,7 +306,7 @@ class Client:
             raise BridgeError(f"{self.address}: this client is closed")
 
     def _receive(self, timeout_s: float) -> None:
-        """Receive what has arrived, or arrives in time, from the server and the monitor."""
+        """Receive messages of the server and the monitor, up to a timeout."""
         ready = dict(self._poller.poll(math.ceil(max(timeout_s, 0.0) * 1000.0)))
         broke = False
         while self._monitor in ready and self._monitor.poll(0):
@@ -318,7 +318,7 @@ class Client:
             self._protocol.handle_break()
 
     def _send(self, frames: list[bytes], deadline: float) -> bool:
-        """Send a message; False where the queue stays full until a deadline."""
+        """Send a message; False if the queue is still full at the deadline."""
         while True:
             try:
                 send(self._socket, frames)

@@ -24,12 +24,12 @@ class RemoteError(BridgeError):
 
 
 class NoAnswerError(BridgeError):
-    """No reply came: the server is not running, blocked, or slower than the deadline.
+    """No reply arrived: the server is not running, blocked, or slower than the deadline.
 
     reason : such as "no answer within 10 s", "the connection broke" or "the server said goodbye"
     asked : type of the request
-    age_s : since the last message of the server; None before the first
-    last_sequence : of the last images received; None before the first
+    age_s : time since the last message of the server; None before the first
+    last_sequence : sequence of the last images received; None before the first
     """
 
     def __init__(

@@ -37,13 +37,14 @@ class Image:
     intrinsics : (3, 3) from camera axes to pixel coordinates
     sun_direction_icrf : unit, from the camera towards the Sun
     sun_irradiance_w_m2 : bands R, G, B, N at the camera, unobstructed
-    bodies : every spacecraft's pose as it was used
-    saturated_pixels : None where no digital numbers were asked for
-    render_time_s : that the server needed
-    part_names : part id to "spacecraft/part", where part ids were asked for
+    bodies : every spacecraft's pose that the image shows
+    saturated_pixels : None if digital numbers were not requested
+    render_time_s : rendering time on the server
+    part_names : part id to "spacecraft/part", if part ids were requested
     interreflection : "off"; "exact"; or "quick": with joints moved and ``joint_light = "quick"``;
-        empty from servers that do not tell
-    thermal_state, thermal_history : of a thermal camera's temperatures, see ``thermal_from``
+        empty from servers that do not report it
+    thermal_state, thermal_history : state and origin of a thermal camera's temperatures, see
+        ``thermal_from`` of ``Client.render_all``
     """
 
     planes: Mapping[str, AnyArray]
@@ -74,13 +75,13 @@ class Image:
 
     @property
     def dn(self) -> Image16:
-        """(height, width) digital numbers; a BridgeError where they were not asked for."""
+        """(height, width) digital numbers; raises BridgeError if they were not requested."""
         if "dn" not in self.planes:
             raise BridgeError(f'this image has no "dn", only {", ".join(self.planes)}')
         return self.planes["dn"]
 
     def plane_hash(self, product: str = "dn") -> str:
-        """Hash of an image's content, as records of sessions have it: 32 hexadecimal digits."""
+        """Hash of an image's content, as in recorded sessions: 32 hexadecimal digits."""
         plane = np.ascontiguousarray(self.planes[product])
         return plane_hash(memoryview(plane.data).cast("B"))
 
@@ -146,7 +147,7 @@ class DelayLine:
 def images_of(reply: Images, payload: Sequence[memoryview]) -> ImageSet:
     """The images in a reply; arrays refer to the received frames without a copy.
 
-    Raises BridgeError where frames and header do not match.
+    Raises BridgeError if frames and header do not match.
     """
     announced = sum(len(i.planes) for i in reply.images)
     if announced != len(payload):

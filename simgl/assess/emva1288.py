@@ -159,9 +159,9 @@ def examine(
 ) -> CameraReport:
     """Photon-transfer test of a camera.
 
-    levels : of light, with a pair of frames each
+    levels : number of light levels, with a pair of frames each
     repeats : frames averaged for each fixed pattern
-    progress : receives the steps done and their number
+    progress : called with the number of finished steps and of all steps
     """
     done, steps = 0, levels + 4
 

@@ -64,11 +64,11 @@ def backdrop(
 
 
 def tangent_heights(earth: EarthState, position: Array, rays_icrf: Array) -> Array:
-    """(n,) lowest height of rays above the ground [m]; negative where they meet it.
+    """(n,) lowest height of rays above the ground [m]; negative if they hit it.
 
-    position : (3,) where they start [m]; rays_icrf : (n, 3) directions of any length
+    position : (3,) origin of the rays [m]; rays_icrf : (n, 3) directions of any length
 
-    Computed in axes where the ellipsoid is a sphere; heights are off by 0.3 % of themselves.
+    Computed in axes in which the ellipsoid is a sphere; the relative error of heights is 0.3 %.
     """
     radii = np.array(earth.earth.radii)
     scale = radii[0] / radii

@@ -29,37 +29,37 @@ _BRIGHT = 98.0
 
 @dataclass(frozen=True, kw_only=True)
 class FrameAssessment:
-    """What one image shows of a target.
+    """Visibility and light of a target in one image.
 
     range : camera to the target's body origin [m]
     phase_angle : Sun - target - camera [rad]
     sun_to_boresight : [rad]
-    sunlight : share of the Sun's light that reaches the target past Earth, air and Moon, over all
-        bands
-    target_pixels : whose centre sees the target
-    saturated, dark, usable : shares of them; together 1, all 0 where there are none
-    median_snr : signal over noise of the target's pixels, of a thermal camera that of their
-        difference to what is behind; 0 where there are none
+    sunlight : fraction of the Sun's light that Earth, atmosphere and Moon let reach the target,
+        over all bands
+    target_pixels : number of pixels at whose centre the target is visible
+    saturated, dark, usable : fractions of these pixels; their sum is 1, or all are 0 without pixels
+    median_snr : signal over noise of the target's pixels, for a thermal camera that of their
+        difference from the background; 0 without pixels
     cut_off : the target touches the image's edge
     size_px : longer side of the box around the target's pixels; 0 where there are none
     edge_distance_px : pixels between that box and the nearest edge of the image; None where there
         are none
-    backdrop : what is behind it
+    backdrop : the background behind the target
     geometry : of Sun, Earth and orbit
-    contrast : abs(t - b) / (t + b) of target and background, median electrons, of a thermal camera
-        radiance; None where there is no background beside the target
-    warmth : what a thermal camera sees of it; None of visible light, and out of view
+    contrast : abs(t - b) / (t + b) of target and background, median electrons, for a thermal camera
+        radiance; None without background beside the target
+    warmth : results of a thermal camera; None for visible light, and out of view
 
-    Of visible light, else None:
+    For visible light, otherwise None:
 
     mean_radiance : of the target's pixels, R, G, B, N [W m-2 sr-1]
     relative_flux : mean over the target of the source study's flux: luminance relative to a sunlit
-        white plate, weighed as a display's primaries, times 1367 [W m-2]; no physical flux
+        white plate, weighted like a display's primaries, times 1367 [W m-2]; not a physical flux
     median_electrons : of the target's pixels [e-]
     bright_electrons : that 2 % of the target's pixels exceed [e-]
     full_electrons : at which a pixel or its converter is full [e-]
-    better_exposure : factor from the exposure time to the advised one; None where the target
-        gives no light
+    better_exposure : recommended exposure time over the present one; None if the target gives no
+        light
     """
 
     target: str
@@ -95,7 +95,7 @@ class FrameAssessment:
     def exitance(self) -> float | None:
         """pi times the mean radiance of the target, 400-1000 nm [W m-2]; None of a thermal camera.
 
-        What leaves its surface, as far as that is equally bright from all sides.
+        This is the flux that leaves its surface if it is equally bright in all directions.
         """
         return None if self.mean_radiance is None else float(np.pi * sum(self.mean_radiance))
 
@@ -118,10 +118,11 @@ def assess_frame(
     target: str,
     criteria: UsabilityCriteria = UsabilityCriteria(),
 ) -> FrameAssessment:
-    """The assessment of a capture of a state that holds DN, electrons, radiance and truth; of a
-    thermal camera DN, its thermal frame and truth.
+    """Assess a target in a capture of a state.
 
-    criteria : give the share of the target that a better exposure may saturate
+    capture : with DN, electrons, radiance and truth; for a thermal camera DN, thermal frame and
+        truth
+    criteria : limits; they include the fraction of the target that may saturate
 
     Raises ConfigError for an unknown target.
     """

@@ -11,7 +11,7 @@ from simgl.scenario.schema import UsabilityCriteria
 
 
 class Verdict(StrEnum):
-    """What an image is worth."""
+    """The verdict on an image."""
 
     GOOD = "good"
     NOT_IN_VIEW = "not in view"
