@@ -269,19 +269,19 @@ def write_png(path: Path, pixels: Image8 | Image16) -> None:
 
 
 def write_capture(capture: Capture, folder: Path, name: str, *, packed: bool = False) -> list[Path]:
-    """Write the frames of a capture to files; a frame that was not asked for gives none.
+    """Write the frames of a capture to files; a frame that is None is not written.
 
-    radiance : ``NAME.radiance.exr``, float32 [W m-2 sr-1], with depth and part ids if truth is
-        there; ``NAME.view.png``, an sRGB preview
+    radiance : ``NAME.radiance.exr``, float32 [W m-2 sr-1], with depth and part ids if the capture
+        has truth; ``NAME.view.png``, an sRGB preview
     thermal : ``NAME.thermal.exr``, radiance in the band and temperature; ``NAME.view.png``, the
         brightness temperature from 200 to 350 K
     layers : ``NAME.layers.exr`` and ``NAME.layers.png``
-    digital : ``NAME.dn.png``, 16 bits; from a colour detector also ``NAME.colour.png``
+    digital : ``NAME.dn.png``, 16 bits; for a colour detector also ``NAME.colour.png``
 
     packed : also ``NAME.dn.mono12p``, for detectors of up to 12 bits
     returns : the paths written
 
-    Raises OutputError where the folder cannot be written.
+    Raises OutputError if the folder cannot be written.
     """
     writers: list[tuple[str, Callable[[Path], None]]] = []
     if (radiance := capture.radiance) is not None:

@@ -81,7 +81,7 @@ class StateOptions(TypedDict, total=False):
     """Keywords of a request beyond time, cameras and bodies.
 
     sun_position_m : (3,) Earth-centred ICRF; None leaves the Sun to the scenario
-    lamps : lamp to the share of its power that it burns with, 0 to 1; others burn fully
+    lamps : lamp to the fraction of its power, 0 to 1; lamps that are not listed have full power
     moving : bodies move with their rates while the shutter is open: motion blur
     draw : which of several images of this time; another number has other noise
     """

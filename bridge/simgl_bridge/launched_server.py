@@ -25,14 +25,14 @@ _PATIENCE = 30.0
 def launched_server(
     scenario_path: str | Path, *, timeout_s: float = 600.0
 ) -> Iterator[tuple[subprocess.Popen[bytes], str]]:
-    """A running server of a scenario, as (process, address); it ends with the block.
+    """Run a server of a scenario, as (process, address), until the end of the block.
 
     It also ends when this process is killed.
 
-    timeout_s : for the server to start, which takes minutes for a large model that is new; one
-        that has ended is noticed at once
+    timeout_s : limit for the start, which takes minutes for a large model that is not cached; the
+        end of the server is detected at once
 
-    Raises BridgeError with the last line that the server wrote where it ends or does not answer.
+    Raises BridgeError with the last line of the server's output if it ends or does not answer.
 
     >>> with launched_server("approach.toml") as (_, address), Client(address) as client:
     ...     image = client.render(client.welcome.epoch_tai_ns, "navcam")

@@ -74,7 +74,7 @@ class ErrorCode(StrEnum):
     NO_LAMP = "NO_LAMP"
     """The scenario has no such lamp."""
     NO_THERMAL_STATE = "NO_THERMAL_STATE"
-    """The server knows no such temperatures: it was restarted, or has had too many since."""
+    """The server no longer has this thermal state, after a restart or after too many others."""
     NO_SCENARIO = "NO_SCENARIO"
     """There is no such scenario in the server's folder, or the server has none to choose from."""
     BAD_SCENE = "BAD_SCENE"
@@ -88,7 +88,7 @@ class ErrorCode(StrEnum):
     NOT_OWNER = "NOT_OWNER"
     """Another client streams states or chose the scenario, and has not left."""
     SHARED_IDENTITY = "SHARED_IDENTITY"
-    """Another client has a socket of the same identity; both are told, and neither is served."""
+    """Another client has a socket of the same identity; both get this error."""
     NOT_READY = "NOT_READY"
     """The server is still starting and cannot take a state; send it again once it is ready."""
     NOT_RECORDED = "NOT_RECORDED"
@@ -205,11 +205,11 @@ class SentPose(Struct, frozen=True, kw_only=True):
     """Position, velocity, attitude and joints of a spacecraft, ICRF axes.
 
     position_m : at the request's ``tai_ns``; the server does not propagate it
-    velocity_m_s : moves the spacecraft while the shutter is open, where the request sets
-        ``moving``; without it only the LVLH axes about this spacecraft and the aberration of
-        stars in its cameras follow the velocity
+    velocity_m_s : moves the spacecraft during the exposure if the request sets ``moving``; without
+        ``moving`` it only affects the LVLH axes of this spacecraft and the aberration of stars in
+        its cameras
     joints : movable joint to its angle [rad] or travel [m], within the limits of the model
-    angular_velocity_rad_s : relative to ICRF, in body axes; used where the request sets ``moving``
+    angular_velocity_rad_s : relative to ICRF, in body axes; used if the request sets ``moving``
     """
 
     position_m: Position
@@ -222,21 +222,20 @@ class SentPose(Struct, frozen=True, kw_only=True):
 class SentSun(Struct, frozen=True, kw_only=True):
     """Position of the Sun, in place of the scenario's.
 
-    position_m : irradiance falls with the distance squared. A scenario whose Sun is given by
-        direction and irradiance takes only the direction
+    position_m : irradiance decreases with the distance squared. If the scenario gives the Sun by
+        direction and irradiance, only the direction is used
     """
 
     position_m: SunPosition
 
 
 class Shot(Struct, frozen=True, kw_only=True):
-    """The request to one camera; None takes the camera's own value.
+    """The request to one camera; None uses the camera's own value.
 
-    products : of "dn", "radiance", "electrons"; "depth" along the boresight and "range" from the
-        pinhole, 0 where no spacecraft is; "part_id"; of a camera with a LIDAR "lidar_range" of one
-        pulse, 0 where none is detected, and its "lidar_electrons"; of a thermal camera
-        "thermal_radiance" in its band and "temperature", 0 where no spacecraft is, but not
-        "radiance" and "electrons"
+    products : "dn", "radiance", "electrons"; "depth" along the boresight and "range" from the
+        pinhole, 0 without spacecraft; "part_id"; for a camera with a LIDAR "lidar_range" of one
+        pulse, 0 if not detected, and its "lidar_electrons"; for a thermal camera "thermal_radiance"
+        in its band and "temperature", 0 without spacecraft, but not "radiance" and "electrons"
     """
 
     camera: str
@@ -248,26 +247,26 @@ class Shot(Struct, frozen=True, kw_only=True):
 class Render(Message, frozen=True, kw_only=True):
     """A request for the images of one state, all cameras at once.
 
-    id : chosen by the client; the same id brings the same reply again
-    tai_ns : mid-exposure of every camera; of one with a bolometer when it is read
+    id : chosen by the client; the same id returns the same reply
+    tai_ns : mid-exposure of every camera; for a bolometer the time at which it is read
     cameras : at least one, each once
-    bodies : spacecraft left out follow the scenario's own laws
-    sun : nil leaves it to the scenario
-    lamps : lamp to the share of its power that it burns with; those left out burn fully
-    moving : while the shutter is open, bodies move with constant velocity and angular velocity, and
-        those left out by their laws: DN and electrons show motion blur and rolling shutter, DN of
-        a bolometer the lag of its time constant. Send every spacecraft in view, or none; otherwise
-        the scene is fixed
-    draw : which of several images of this time, such as those of a bracket: equal
-        numbers have equal noise, others independent noise
+    bodies : spacecraft that are not listed follow the scenario's laws
+    sun : the scenario's Sun if nil
+    lamps : lamp to the fraction of its power; lamps that are not listed have full power
+    moving : during the exposure, bodies move with constant velocity and angular velocity, and
+        bodies that are not listed by their laws: DN and electrons show motion blur and rolling
+        shutter, DN of a bolometer the lag of its time constant. Send every spacecraft in view, or
+        none; otherwise the scene is fixed
+    draw : distinguishes images of one time, such as those of a bracket: equal draws have equal
+        noise, different draws independent noise
     seek : allow a time before that of the client's last request
-    deadline_ms : from its arrival; then it is answered with DEADLINE, even if it is being drawn.
+    deadline_ms : from its arrival; then it is answered with DEADLINE, even while it is rendered.
         nil sets no limit
     compression : of the planes in the reply, one of Welcome's ``compressions``; empty for none. An
-        older server ignores it: each plane says how it comes
+        older server ignores it: each plane states its compression
     thermal_from : for thermal cameras, ``thermal_state`` of an earlier image of this server:
-        temperatures go on from there, by the mean of the light then and now. Empty for those of the
-        steady state
+        temperatures continue from there, with the mean of the light then and now. Empty for those
+        of the steady state
     """
 
     id: Id

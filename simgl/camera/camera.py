@@ -27,8 +27,8 @@ class Camera:
     readout_time : from the end of exposure to the last row read [s]
     transport_latency : from the last row read to the image in flight software [s]
     lidar : flash LIDAR that uses the lens and the pixels; None for none
-    event_sensor : pixels that report changes of light; None for none
-    thermal : detector of thermal radiation in place of visible light; None for visible light
+    event_sensor : pixels of an event camera; None for none
+    thermal : detector of thermal radiation; None for visible light
     """
 
     name: str
@@ -54,14 +54,14 @@ class Camera:
 
     @property
     def geometry(self) -> tuple[Hashable, ...]:
-        """What determines where its pixels look, whatever their exposure and electronics."""
+        """Everything that determines the lines of sight, without exposure and electronics."""
         d, lens = self.detector, self.lens
         plane = self.focal_length_px, self.principal_point, lens.aspect, lens.skew
         return (*plane, d.width, d.height, lens.distortion)
 
     @property
     def is_pinhole(self) -> bool:
-        """Whether it images directions as a pinhole before square pixels does."""
+        """Whether it images directions like a pinhole with square pixels."""
         lens = self.lens
         return lens.distortion is None and lens.aspect == 1.0 and lens.skew == 0.0
 

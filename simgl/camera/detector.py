@@ -106,7 +106,7 @@ class Detector:
     width, height : [px]
     pixel_pitch : [m]
     quantum_efficiency : electrons per photon in each band of a pixel without filter
-    bands : those bands, and of all else that the camera sees
+    bands : these bands, which are those of all light in the camera
     full_well : [e-]
     read_noise : [e- rms]
     bits : resolution of the converter
@@ -187,7 +187,7 @@ class Detector:
         return (qe, qe, qe, qe) if self.mosaic is None else self.mosaic.square
 
     def by_colour(self) -> tuple[ColourPixels, ...]:
-        """Its pixels by the filter before them; all of them for a monochrome detector."""
+        """Its pixels by colour filter; all pixels for a monochrome detector."""
         mosaic = self.mosaic
         if mosaic is None:
             curve = self.curve or ResponseCurve(bands=self.quantum_efficiency, intervals=self.bands)

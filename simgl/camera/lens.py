@@ -25,7 +25,7 @@ class Vignetting:
 
 @dataclass(frozen=True, kw_only=True)
 class Blur:
-    """Blur besides diffraction.
+    """Blur in addition to diffraction.
 
     aberration : standard deviation of a Gaussian in the image plane [m]
     defocus : from the plane of best focus to the detector [m]
@@ -87,8 +87,8 @@ class Lens:
     transmission : per band R, G, B, N, 0..1
     camera_equation : "4N2", pi L T / (4 N^2), for a distant object and an aplanatic lens; or
         "1+4N2", for a thin lens with a plane pupil
-    distortion : how it images directions, where not as a pinhole
-    spread : None for none
+    distortion : projection of directions; None for a pinhole
+    spread : point spread function; None for none
     veiling_glare : fraction of the light that is scattered uniformly over the image
     surfaces : from front to back, for ghosts of the Sun; scaled to the focal length; empty for none
     """

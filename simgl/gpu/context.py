@@ -129,7 +129,7 @@ def open_context(backend: str = "auto", device_index: int = 0) -> moderngl.Conte
     backend : "auto", "egl" or "osmesa"; SIMGL_BACKEND sets what "auto" means
     device_index : of the EGL device; SIMGL_DEVICE sets the default
 
-    Raises ContextError with the reason and the line that mends it.
+    Raises ContextError with the reason and the command that fixes it.
     """
     protect_driver_cache()
     find_loaded()

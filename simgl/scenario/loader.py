@@ -67,10 +67,10 @@ def load_scenario(
 ) -> Scenario:
     """The scenario in a TOML file; docs/scenario.md lists its keys.
 
-    root : folder that its models, maps, tables and presets must lie in, links followed; shipped
-        ones may be named all the same. None lets them lie anywhere
-    models : spacecraft name to a model that takes the place of the ``model`` in its table, such as
-        one from ``model_from_mesh``
+    root : folder that must contain its models, maps, tables and presets, after links are resolved;
+        shipped files are always allowed. None allows any path
+    models : spacecraft name to a model that replaces the ``model`` of its table, such as one from
+        ``model_from_mesh``
 
     Raises ConfigError or AssetError with one line that names file, table and key.
 
@@ -93,9 +93,9 @@ def scenario_from_dict(
     root: Path | None = None,
     models: Mapping[str, SpacecraftModel] = NO_MODELS,
 ) -> Scenario:
-    """A scenario from the tables of a scenario file; numpy's numbers and arrays may be among them.
+    """A scenario from the tables of a scenario file; numpy numbers and arrays are accepted.
 
-    data : by table name, see docs/scenario.md
+    data : table name to table, see docs/scenario.md
     name : appears in file headers and, without ``source``, in error messages
     source : the file; relative paths start at its folder, without it at the working directory
     root, models : see ``load_scenario``

@@ -74,23 +74,23 @@ class EphemerisSun:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Scenario:
-    """What a scenario file describes, in SI units.
+    """The content of a scenario file, in SI units.
 
     joints : by spacecraft
     criteria : limits of a usable image of a target
-    requirements : what the images of a run must fulfil
-    uncertainty : what the draws of an assessment vary; None for no draws
+    requirements : on the images of a run
+    uncertainty : standard deviations for the draws of an assessment; None for no draws
     seed : of all noise
-    samples_per_pixel : of geometry; None lets the renderer choose by cost
+    samples_per_pixel : geometry samples; chosen by the renderer if None
     inter_reflection : interreflection within a spacecraft, and its occlusion of the Earth
-    between_spacecraft : light from one spacecraft to another near it, at vertices
+    between_spacecraft : light from one spacecraft to another nearby, at vertices
     gather : interreflection at vertices, or by rays from every sample of every pixel
-    glossy_reflections : interreflection as glossy surfaces see it by rays, not uniform
-    joint_light : interreflection where joints have moved parts: from what rigid parts do to each
-        other in pairs, or by a bake of each pose
-    stars : None for a sky without them
-    thermal_patches : of each spacecraft, about, for its temperatures
-    thermal_step : between the times at which a history of temperatures has its light [s]
+    glossy_reflections : glossy surfaces reflect their spacecraft by rays, not a uniform mean
+    joint_light : interreflection with moved joints: "quick" by pairs of rigid parts, "exact" by a
+        bake of each pose
+    stars : None for a sky without stars
+    thermal_patches : approximate number of patches per spacecraft for its temperatures
+    thermal_step : time between two evaluations of the light in a temperature history [s]
     inputs : the files that it was read from, with the SHA-256 of each
     """
 
@@ -123,7 +123,7 @@ class Scenario:
 
     @property
     def bands(self) -> Bands:
-        """Of all light and reflectances."""
+        """The bands of all light and reflectances."""
         return self.sun.bands
 
     def _repr_html_(self) -> str:
@@ -151,9 +151,9 @@ class Scenario:
         return self.with_poses(tai_ns, {})
 
     def around(self, tai_ns: int) -> Callable[[int], SceneState]:
-        """The scene while a shutter is open about an epoch [TAI ns].
+        """The scene as a function of time during an exposure around an epoch [TAI ns].
 
-        Where the data of a trajectory end within that time, the scene stands as at the epoch.
+        If the data of a trajectory end within the exposure, the scene is static.
         """
         middle = self.at(tai_ns)
 
@@ -171,7 +171,7 @@ class Scenario:
             return poses(self.motions, tai_ns)
 
     def models_at_epoch(self) -> list[SpacecraftModel]:
-        """The spacecraft with their joints as at the scenario's epoch."""
+        """The spacecraft models with the joints of the scenario's epoch."""
         return [body.model for body in self.at(self.epoch_tai_ns).bodies.values()]
 
     @contextmanager
@@ -191,15 +191,15 @@ class Scenario:
         joint_angles: Mapping[str, Mapping[str, float]] | None = None,
         sun: Array | None = None,
     ) -> SceneState:
-        """The scene with given poses, e.g. those that a simulation sent.
+        """The scene with given poses, for instance from a simulation.
 
-        bodies : spacecraft to pose; those left out follow their laws of motion, and a law that is
-            relative to a given spacecraft follows it
-        exposure_times : camera name to exposure [s], where it differs from the file
-        joint_angles : spacecraft to joint to angle [rad] or travel [m]; joints not named follow
-            their laws
-        sun : (3,) position of the Sun in place of the scenario's, Earth-centred ICRF [m]; where the
-            scenario gives the Sun by direction and irradiance, only the direction is taken
+        bodies : spacecraft to pose; spacecraft that are not listed follow their laws of motion, and
+            a law relative to a listed spacecraft follows its pose
+        exposure_times : camera name to exposure time [s], if different from the file
+        joint_angles : spacecraft to joint to angle [rad] or travel [m]; joints that are not listed
+            follow their laws
+        sun : (3,) position of the Sun that replaces the scenario's, Earth-centred ICRF [m]; if the
+            scenario gives the Sun by direction and irradiance, only the direction is used
         """
         cameras = dict(self.cameras)
         for name, seconds in (exposure_times or {}).items():

@@ -40,17 +40,17 @@ class SpacecraftModel:
     parts : names, indexed by ``mesh.part``
     materials : indexed by ``mesh.material``
     textures : the images of the materials
-    keypoints : name to (3,) position where the joints put it [m]
+    keypoints : name to (3,) position at the present joint angles [m]
     open_sheets : some surfaces are visible from both sides; back faces are not culled
     notes : features of the file that are not drawn, one line each
-    branches : of the tree of parts, parents first
-    joints : of the parts that move
-    angles : of the joints in their order [rad], travel [m] of sliding ones; empty if all are as
-        stored
-    stored : the model with all joints as stored, if this one is moved
-    thermal : what heats and holds heat in its parts, by their names
-    thermal_nodes : what is inside, by names that no part has
-    thermal_links : paths of heat between parts and what is inside
+    branches : branches of the tree of parts, parents first
+    joints : joints of the moving parts
+    angles : angles of the joints in their order [rad], travel [m] of sliding joints; empty if all
+        are as stored
+    stored : the model with all joints as stored, if the joints of this one are moved
+    thermal : internal power and heat capacity of its parts, by part name
+    thermal_nodes : internal nodes, by names that no part has
+    thermal_links : heat paths between parts and internal nodes
     """
 
     name: str
@@ -102,16 +102,16 @@ class SpacecraftModel:
 
     @cached_property
     def posed_mesh(self) -> PosedMesh:
-        """Its shape with the joints where they are."""
+        """Its shape at the present joint angles."""
         motion = body_from_stored(self.joints, self.angles) if self.angles else None
         return PosedMesh(mesh=self.mesh, joints=self.joints, motion=motion)
 
     def posed(self, angles: Mapping[str, float]) -> SpacecraftModel:
         """The model with its joints at these angles [rad] or travels [m]; others are as stored.
 
-        Equal angles give the same object while it is among the 16 of the model used last.
+        Equal angles give the same object while it is among the model's last 16.
 
-        Raises ValueError for a name that is no joint.
+        Raises ValueError for an unknown joint.
         """
         for name in angles:
             if all(joint.name != name for joint in self.joints):

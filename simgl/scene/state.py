@@ -28,7 +28,7 @@ _DROWNED = 0.01
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SunSeen:
-    """The Sun from one place.
+    """The Sun as seen from one point.
 
     direction_icrf : (3,) unit, towards the Sun
     irradiance : (4,) per band on a surface that faces it, unobstructed [W m-2]
@@ -49,7 +49,7 @@ class SunSeen:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SunAtPosition:
-    """A Sun at a place in the solar system; its light falls with the distance squared.
+    """A Sun at a position; its light decreases with the distance squared.
 
     position : (3,) [m]
     light_at_1_au : per band
@@ -65,7 +65,7 @@ class SunAtPosition:
     limb: Array = field(default_factory=UNIFORM.copy)
 
     def seen_from(self, point: Array) -> SunSeen:
-        """The Sun from a point [m]."""
+        """The Sun as seen from a point [m]."""
         offset = self.position - point
         distance = norm(offset)
         return SunSeen(
@@ -104,7 +104,7 @@ class SunInDirection:
     limb: Array = field(default_factory=UNIFORM.copy)
 
     def seen_from(self, point: Array) -> SunSeen:  # noqa: ARG002 - the same from everywhere
-        """The Sun from any point."""
+        """The Sun, the same from any point."""
         return SunSeen(
             direction_icrf=unit(self.direction_icrf),
             irradiance=self.light.irradiance,
@@ -174,7 +174,7 @@ class CameraState:
 
     position : (3,) of the pinhole [m]
     R_camera_from_icrf : (3, 3)
-    velocity : (3,) about the Earth, ICRF axes [m s-1]; tilts the light of stars
+    velocity : (3,) relative to the Earth, ICRF axes [m s-1]; for the aberration of stars
     """
 
     camera: Camera
@@ -185,10 +185,10 @@ class CameraState:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class DirectLight:
-    """Sun and Moon at one place, their irradiance past Earth and air.
+    """Sun and Moon at one point, attenuated by Earth and atmosphere.
 
     main : the one that gives more light, and casts the shadows
-    lesser : the Moon where the Sun is the main light; None where there is none
+    lesser : the Moon if the Sun is the main light; None without one
     """
 
     main: SunSeen
@@ -201,9 +201,9 @@ class SceneState:
 
     tai_ns : TAI nanoseconds since 1970-01-01T00:00:00 TAI
     earth : None for a scene in deep space
-    moon : (3,) of its centre [m]; None where the Sun was fixed by hand
+    moon : (3,) position of its centre [m]; None if the scenario fixes the Sun
     R_moon_from_icrf : (3, 3); None for a smooth Moon without seas
-    stars : None where none are drawn
+    stars : None if no stars are drawn
     """
 
     tai_ns: int
@@ -225,7 +225,7 @@ class SceneState:
 
     @property
     def part_names(self) -> dict[int, str]:
-        """Part ids of an image to "spacecraft/part"."""
+        """Part id of an image to "spacecraft/part"."""
         return {
             (instance + 1) * 65536 + part + 1: f"{name}/{part_name}"
             for instance, (name, body) in enumerate(self.bodies.items())
@@ -266,12 +266,12 @@ class SceneState:
         )
 
     def sunlit_share(self, point: Array) -> float:
-        """Share of the Sun's light, over all bands, that reaches a point (3,) [m]."""
+        """Fraction of the Sun's light, over all bands, that reaches a point (3,) [m]."""
         irradiance = self.sun.seen_from(point).irradiance
         return float(irradiance @ self.sunlight(point) / irradiance.sum())
 
     def sunlight(self, point: Array) -> Array:
-        """(4,) share of the Sun's light that reaches a point (3,) [m] past Earth, air and Moon."""
+        """(4,) fraction of the Sun's light that Earth, air and Moon let reach a point (3,) [m]."""
         sun = self.sun.seen_from(point)
         share = self._past_earth(point, sun)
         if self.moon is not None:
@@ -280,9 +280,9 @@ class SceneState:
         return share
 
     def moonlight(self, point: Array) -> SunSeen | None:
-        """The Moon's light at a point (3,) [m] past Earth and air; None where the scene has none.
+        """The Moon's light at a point (3,) [m] after Earth and atmosphere; None without a Moon.
 
-        As of a disc that is bright all over, at any phase.
+        It is that of a uniform disc, at any phase.
         """
         if self.moon is None or self.earth is None or not self.earth.earth.moonlight:
             return None
@@ -298,10 +298,10 @@ class SceneState:
         return replace(seen, irradiance=seen.irradiance * self._past_earth(point, seen))
 
     def direct_light(self, point: Array) -> DirectLight:
-        """What lights a spacecraft at a point (3,) [m]: the Sun as far as Earth, air and Moon let
-        it, or the Moon where that gives more light, as in the Earth's shadow.
+        """The direct light on a spacecraft at a point (3,) [m]: the Sun, attenuated by Earth,
+        atmosphere and Moon, or the Moon if it gives more light, as in the Earth's shadow.
 
-        Before a lamp whose light drowns the Moon's, that remains the lesser light, for which no
+        If a lamp is much brighter than the Moon, the Moon remains the lesser light, for which no
         shadows are drawn.
         """
         place = point.tobytes()

@@ -10,13 +10,13 @@ import typer
 
 
 class Event(StrEnum):
-    """What may begin along a trajectory.
+    """An event along a trajectory.
 
-    ECLIPSE_ENTRY : the Earth or its atmosphere takes the first hundredth of the target's sunlight
-    UMBRA_ENTRY : the last hundredth is gone
-    UMBRA_EXIT, ECLIPSE_EXIT : they come back
+    ECLIPSE_ENTRY : the target's sunlight falls below 99 %, behind the Earth or its atmosphere
+    UMBRA_ENTRY : the target's sunlight falls below 1 %
+    UMBRA_EXIT, ECLIPSE_EXIT : it rises above these limits again
     SUN_IN_VIEW : the Sun's disc enters the image
-    LIMB_BEHIND_TARGET : the Earth's limb comes behind the target, as the camera sees it
+    LIMB_BEHIND_TARGET : the Earth's limb passes behind the target, as seen by the camera
     """
 
     ECLIPSE_ENTRY = "eclipse_entry"
