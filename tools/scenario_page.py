@@ -41,10 +41,10 @@ PAGE = ROOT / "docs" / "scenario_reference.md"
 _WRITTEN = Path(__file__).with_name("scenario_examples.toml")
 _HEAD = """# Scenario keys
 
-Every key of scenario and preset files, made from the schema by `python -m tools.scenario_page`.
-How keys work together, and what they do to an image, is in [scenario files](scenario.md) and
-[the camera](camera.md). A key that is neither needed nor has a default may be left out; what holds
-then is said in its row or there. Bands are R, G, B, N.
+Every key of scenario and preset files, generated from the schema by
+`python -m tools.scenario_page`. [Scenario files](scenario.md) and [the camera](camera.md) explain
+how the keys work together and how they affect an image. A key without "needed" is optional; if it
+has no default, its row or these pages state what applies. Bands are R, G, B, N.
 """
 TABLES: Mapping[str, type[Table]] = {
     "[epoch]": schema.EpochTable,

@@ -34,8 +34,9 @@ class ParticlesTable(Table, frozen=True, kw_only=True):
 
     flux_cm2_s : through the detector plane from both sides; half of an isotropic, omnidirectional
         flux
-    depth_um : of the layer whose charge is collected
-    charge_e_um : released along the path; 80 for minimum-ionising particles, 630 for 50 MeV protons
+    depth_um : thickness of the layer whose charge is collected
+    charge_e_um : charge released along the path; 80 for minimum-ionising particles, 630 for
+        50 MeV protons
     """
 
     flux_cm2_s: NonNegative
@@ -44,12 +45,12 @@ class ParticlesTable(Table, frozen=True, kw_only=True):
 
 
 class EventSensorTable(Table, frozen=True, kw_only=True):
-    """``[camera.NAME.event_sensor]``: the camera's pixels report changes of light.
+    """``[camera.NAME.event_sensor]``: makes the camera an event camera.
 
-    threshold_on, threshold_off : change of the logarithm of the photo-current
-    threshold_spread : rms fraction by which thresholds differ from pixel to pixel
-    refractory_us : after an event, for which a pixel is blind
-    leak_hz : rate of ON events of a pixel in light that does not change
+    threshold_on, threshold_off : change of the logarithm of the photo-current that makes an event
+    threshold_spread : rms relative variation of the thresholds from pixel to pixel
+    refractory_us : time after an event for which a pixel is blind
+    leak_hz : rate of ON events of a pixel in constant light
     shot_noise_hz : rate of events of a pixel in darkness
     """
 
@@ -62,15 +63,15 @@ class EventSensorTable(Table, frozen=True, kw_only=True):
 
 
 class ThermalCameraTable(Table, frozen=True, kw_only=True):
-    """``[camera.NAME.thermal]``: the camera sees thermal radiation in place of visible light.
+    """``[camera.NAME.thermal]``: the camera sees thermal radiation instead of visible light.
 
-    detector : a preset, with its optics, size and pitch of pixels; the keys below override it
+    detector : a preset with optics, number and pitch of pixels; the keys below override it
     band_um : lowest and highest wavelength
-    transmission : of the optics, which emit where they absorb
-    netd_mk : of a bolometer, at 300 K
-    range_k : of a bolometer, temperatures of black bodies at its lowest and highest DN
-    integration_time_ms : of a photon detector
-    minutes_since_shutter : since a bolometer's offsets were last corrected
+    transmission : transmission of the optics; they emit what they absorb
+    netd_mk : NETD of a bolometer at 300 K
+    range_k : bolometer: temperatures of black bodies at its lowest and highest DN
+    integration_time_ms : integration time of a photon detector
+    minutes_since_shutter : time since the last offset correction of a bolometer
     """
 
     detector: str
@@ -96,10 +97,10 @@ class DetectorTable(Table, frozen=True, kw_only=True):
     gain_e_per_dn : at an analogue gain of 1
     mosaic : colours of 2 x 2 pixels row by row from the top left; "mono" for no filters
     dark_current_e_s, hot_current_e_s : at 300 K
-    prnu : rms fraction of the mean
+    prnu : rms variation of the pixels' response, fraction of its mean
     dead_pixels, hot_pixels : fraction of all pixels
-    row_pattern_e, column_pattern_e : fixed
-    row_noise_e : new in every frame
+    row_pattern_e, column_pattern_e : fixed rms offset of rows and columns
+    row_noise_e : rms offset of rows, new in every frame
     blooming : fraction of the charge beyond the full well that flows along the column
     """
 
@@ -137,7 +138,7 @@ class CameraPresetTable(DetectorTable, frozen=True, kw_only=True):
     qe : electrons per photon of a pixel without filter
     window : transmission of cover glass and infrared filter
     micro_lens : fraction of the light that reaches the photodiode through the micro-lens
-    filters : of a colour detector
+    filters : filters of a colour detector
     """
 
     source: str
@@ -157,7 +158,7 @@ class CameraPresetTable(DetectorTable, frozen=True, kw_only=True):
 
 
 class CalibrationTable(Table, frozen=True, kw_only=True):
-    """A calibration file; ``camera`` is one of several in it."""
+    """A calibration file; ``camera`` selects one of several cameras in it."""
 
     file: str
     camera: str | None = None
@@ -166,14 +167,14 @@ class CalibrationTable(Table, frozen=True, kw_only=True):
 class CameraSettingsTable(DetectorTable, frozen=True, kw_only=True):
     """``[camera.NAME]``: a preset, and keys that override it.
 
-    focal_length_mm : 13 unless given here, in pixels or by a calibration
-    focal_length_px : one number, or along the image's rows and columns
+    focal_length_mm : default 13; may be given in pixels or by a calibration instead
+    focal_length_px : one number, or two along the image's rows and columns
     principal_point_px : column and row; the centre of the first pixel is (0.5, 0.5)
-    skew_px : shift to the right of what lies 45 deg below the boresight
+    skew_px : shift to the right of a point 45 deg below the boresight
     calibration : file of OpenCV, ROS or Kalibr with all of these, image size and distortion
     quantum_efficiency : electrons per photon without filters, one number or four bands
-    thermal : sees thermal radiation by a detector for it; keys of visible light are refused then
-    serial : seed of the camera's fixed pattern; by default from its name
+    thermal : makes it a thermal camera; keys of visible-light cameras are then refused
+    serial : seed of the camera's fixed pattern; default: from its name
     """
 
     preset: str = "mt9m034"

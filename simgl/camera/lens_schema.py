@@ -14,7 +14,7 @@ Tilt = Annotated[float, Meta(ge=-MAX_TILT, le=MAX_TILT)]
 
 
 class DistortionTable(Table, frozen=True, kw_only=True):
-    """How a lens images directions; coefficients as in OpenCV.
+    """The projection of a lens; coefficients as in OpenCV.
 
     model : "pinhole" with Brown-Conrady's distortion; "fisheye", Kannala-Brandt; "double_sphere"
     k1 to k6, p1, p2, s1 to s4, tau_x, tau_y : of a pinhole; tau_x and tau_y in radians
@@ -42,7 +42,7 @@ class DistortionTable(Table, frozen=True, kw_only=True):
 
 
 class FieldZoneTable(Table, frozen=True, kw_only=True):
-    """Blur off the axis, at a share 0..1 of the half diagonal."""
+    """Blur off the axis, at a fraction 0..1 of the half diagonal."""
 
     at: Annotated[float, Meta(gt=0.0, le=1.0)]
     aberration_um: NonNegative = 0.0
@@ -65,9 +65,9 @@ class OpticsTable(Table, frozen=True, kw_only=True):
     vignetting : "cos4", "none", or "measured" with a profile by angle off the axis
     diffraction : by f-number and band
     aberration_um : standard deviation of a Gaussian in the image plane
-    defocus_um : from best focus to the detector
-    psf_image : instead of these three, an image or .npy array of the point spread
-    psf_samples_per_px : its samples per pixel along an edge
+    defocus_um : distance from best focus to the detector
+    psf_image : replaces these three: an image or .npy array of the point spread
+    psf_samples_per_px : samples of ``psf_image`` per pixel along an edge
     field_zones : blur off the axis; the keys above apply on the axis
     veiling_glare : fraction of the light that is scattered uniformly over the image
     surfaces : from front to back, or "triplet"; for ghosts of the Sun
@@ -98,8 +98,8 @@ class OpticsTable(Table, frozen=True, kw_only=True):
 class LidarTable(Table, frozen=True, kw_only=True):
     """``[camera.NAME.lidar]``: a flash LIDAR that receives through the camera's lens and pixels.
 
-    emitter_offset_m : of the emitter from the pinhole, camera axes
-    beam_half_angle_deg : of a cone of uniform intensity about the boresight
+    emitter_offset_m : position of the emitter from the pinhole, camera axes
+    beam_half_angle_deg : half angle of the cone of uniform intensity about the boresight
     quantum_efficiency : electrons per photon at the wavelength
     filter_nm : width of the optical filter about the wavelength
     gate_us : time during which sunlight is collected

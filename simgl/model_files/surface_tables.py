@@ -66,7 +66,7 @@ class CrinkleTable(Table, frozen=True, kw_only=True):
 
 
 class ThermalSurfaceTable(Table, frozen=True, kw_only=True):
-    """What temperatures depend on: a surface, and the skin that it covers."""
+    """Thermal properties of a surface and of the skin below it."""
 
     solar_absorptance: Fraction
     infrared_emissivity: Fraction
@@ -87,7 +87,7 @@ class MaterialTable(Table, frozen=True, kw_only=True):
     """A material; Lambertian if it has no roughness.
 
     reflectance : base colour: one number, four for R, G, B and N, or a CSV file of nm and values
-    conserving : adds the light of multiple scattering between microfacets, which glTF's model loses
+    conserving : adds multiple scattering between microfacets, which glTF's model lacks
     emission_w_m2_sr : emitted radiance, one number or four bands, 0 or more
     thermal : absorptance and emissivity, and the skin below
     """
@@ -104,7 +104,7 @@ class MaterialTable(Table, frozen=True, kw_only=True):
 
 
 class SpectrumTable(Table, frozen=True, kw_only=True):
-    """A spectrum of which the form counts, and its source."""
+    """A spectrum, of which only the shape is used, and its source."""
 
     source: str
     wavelength_nm: list[float]

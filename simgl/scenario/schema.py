@@ -34,15 +34,15 @@ class EpochTable(Table, frozen=True, kw_only=True):
 
 
 class SunTable(Table, frozen=True, kw_only=True):
-    """``[sun]``: omitted, the ephemeris Sun with 1361 W/m2 at 1 au and 5772 K.
+    """``[sun]``: the Sun. Default: from the ephemeris, 1361 W/m2 at 1 au, 5772 K.
 
     irradiance_w_m2 : total, at 1 au; with a fixed direction, at the scene
-    spectrum : "planck", or "astm_g173", the measured one outside the air; only its shape counts
-    temperature_k : of the black body that gives the spectrum
+    spectrum : "planck", or "astm_g173", the measured extraterrestrial one; only its shape is used
+    temperature_k : temperature of the black body that gives the spectrum
     angular_diameter_deg : as seen from 1 au; default from the nominal solar radius
-    direction_icrf : fixes the direction towards the Sun by hand
-    limb_darkening : the disc is darker towards its edge; omitted, it is, unless
-        ``angular_diameter_deg`` or ``direction_icrf`` is given, whose disc is uniform
+    direction_icrf : fixed direction towards the Sun, in place of the ephemeris
+    limb_darkening : the disc is darker towards its edge; default true, but false if
+        ``angular_diameter_deg`` or ``direction_icrf`` is given
     visible : draw the disc
     """
 
@@ -56,12 +56,12 @@ class SunTable(Table, frozen=True, kw_only=True):
 
 
 class BandsTable(Table, frozen=True, kw_only=True):
-    """``[bands]``: the wavelengths of all light; omitted, R, G, B and N.
+    """``[bands]``: the wavelengths of all light. Default: R, G, B and N.
 
-    edges_nm : one to four bands from 300 to 2500 nm, which do not overlap
-    filter : CSV file with a curve of transmission before the lens; without ``edges_nm`` one band is
-        as wide as the curve
-    names : of the channels in files; by default the edges, such as "840-860nm"
+    edges_nm : one to four bands from 300 to 2500 nm, without overlap
+    filter : CSV file with the transmission of a filter in front of the lens; without ``edges_nm``
+        there is one band, as wide as the curve
+    names : names of the channels in files; default: the edges, such as "840-860nm"
     """
 
     edges_nm: Annotated[list[tuple[float, float]], Meta(min_length=1, max_length=4)] | None = None
@@ -72,12 +72,12 @@ class BandsTable(Table, frozen=True, kw_only=True):
 class CloudsTable(Table, frozen=True, kw_only=True):
     """``[earth.clouds]``: the weather.
 
-    cover : mean share of the Earth under cloud; 0 is a clear day
-    seed : of the weather
-    height_km : of the layer, which places shadows
+    cover : mean fraction of the Earth under cloud; 0 is a clear day
+    seed : seed of the weather
+    height_km : height of the cloud layer
     picture : path of an image of the full Earth, white for cloud, in place of the procedural
         weather
-    optical_thickness : of the cloud in an image
+    optical_thickness : optical thickness of white cloud in ``picture``
     """
 
     cover: Fraction | None = None
@@ -88,22 +88,22 @@ class CloudsTable(Table, frozen=True, kw_only=True):
 
 
 class EarthTable(Table, frozen=True, kw_only=True):
-    """``[earth]``: omitted, WGS84 with the shipped maps and clouds.
+    """``[earth]``: the Earth. Default: WGS84 with the shipped maps and clouds.
 
     shape : "wgs84", "sphere" or "none"
-    radius_km : of the sphere
-    albedo : Lambert, one number or four bands, instead of maps and clouds
-    longwave_w_m2 : with an albedo: heat that all the ground sends, as a black body without air;
-        omitted, that of a climate
+    radius_km : radius of the sphere
+    albedo : Lambert albedo, one number or four bands, instead of maps and clouds
+    longwave_w_m2 : with ``albedo``: long-wave exitance of the ground, as a black body without
+        atmosphere; default: that of a climate
     atmosphere : "standard", "source" (the lighting study's own set) or "none"; default "standard"
-        with WGS84 and "none" with a sphere. What scatters and dims light over the ground, at the
-        limb, before spacecraft inside it, and on sunlight's way past the Earth
-    wind_m_s : over the sea, the same everywhere; omitted, about 7 and changing from place to place
-    ice_and_snow : sea ice and snow by the season; omitted, with the shipped land
-    moonlight, airglow : what lights an Earth with maps at night, and the glow of its air; omitted,
-        both are there, unless the Sun is fixed by hand
-    airglow_waves : rms of the waves in the airglow over its mean; omitted, it is even
-    aurora_kp : magnetic activity Kp of the aurora over the night side; omitted, there is none
+        with WGS84 and "none" with a sphere. It acts over the ground, at the limb, in front of
+        spacecraft inside it, and on sunlight that passes the Earth
+    wind_m_s : wind over the sea, the same everywhere; default: about 7, varying with the location
+    ice_and_snow : sea ice and snow by season; default true with the shipped land
+    moonlight, airglow : light of the Moon and of the upper atmosphere on an Earth with maps at
+        night; default true, but false if ``direction_icrf`` fixes the Sun
+    airglow_waves : rms of the waves in the airglow over its mean; default 0: uniform
+    aurora_kp : magnetic activity Kp of the aurora over the night side; default: no aurora
     land_picture, water_picture, night_picture : paths of images in place of the shipped maps
     """
 
@@ -125,11 +125,11 @@ class EarthTable(Table, frozen=True, kw_only=True):
 
 
 class SkyTable(Table, frozen=True, kw_only=True):
-    """``[sky]``: what lies beyond the Earth.
+    """``[sky]``: the sky beyond the Earth.
 
-    stars : draw the stars of the Hipparcos catalogue; omitted, they are, unless ``direction_icrf``
-        fixes the Sun by hand
-    faintest_star_mag : the largest visual magnitude V drawn; default that of the catalogue
+    stars : draw the stars of the Hipparcos catalogue; default true, but false if
+        ``direction_icrf`` fixes the Sun
+    faintest_star_mag : the largest visual magnitude V drawn; default: that of the catalogue
     """
 
     stars: bool | None = None
@@ -159,12 +159,12 @@ _InCentury = Annotated[float, Meta(ge=-4.1e9, le=4.1e9)]
 class MotionFileTable(Table, frozen=True, kw_only=True):
     """A file of motion: CCSDS or STK, two-line elements, or a table (CSV).
 
-    object : which one, where the file holds several
-    longest_gap_s : a longer step between samples is a gap; default five times the median step
-    interpolation_error_m : a curve through sampled places that may be off by more is refused;
+    object : name of the object, if the file has several
+    longest_gap_s : a longer step between samples is a gap; default: five times the median step
+    interpolation_error_m : a trajectory with a larger estimated interpolation error is refused;
         default 1 m
-    naif_id, frame : of a SPICE meta-kernel: the body of a trajectory, the axes of an attitude
-    span_s : of a meta-kernel, from when to when it is sampled, from the epoch
+    naif_id, frame : for a SPICE meta-kernel: the body of a trajectory, the axes of an attitude
+    span_s : for a meta-kernel: start and end of the sampled time span, relative to the epoch
     """
 
     file: str
@@ -184,23 +184,24 @@ class PointAtTable(Table, frozen=True, kw_only=True):
 
 
 class SpacecraftTable(Table, frozen=True, kw_only=True):
-    """``[spacecraft.NAME]``: a model, a place and an attitude.
+    """``[spacecraft.NAME]``: a model, a position and an attitude.
 
     model : name of a shipped model, path of a glTF/OBJ/STL file, or a primitive
-    unit, unit_m : of a model file that is not in metres: a name, or metres per unit
-    up_axis, forward_axis : the file's axes that become body -z and body x; without them the
-        file's axes are the body's, without ``forward_axis`` z looks ahead (x where z is up)
+    unit, unit_m : unit of a model file that is not in metres: a name, or metres per unit
+    up_axis, forward_axis : the file's axes that become body -z and body x; default: the file's axes
+        are the body axes; with ``up_axis`` alone, z points forward (x if z is up)
     place : exactly one of ``orbit``, ``trajectory`` (a file), ``relative_to`` with
-        ``position_lvlh_m``, ``position_icrf_m``; a file in LVLH axes goes with ``relative_to``
-    velocity_icrf_m_s, velocity_lvlh_m_s : from the place at the epoch it moves along a straight
-        line of those axes; omitted, it stays there
-    drift : from ``position_lvlh_m`` and ``velocity_lvlh_m_s`` at the epoch by Clohessy-Wiltshire
-    attitude : "lvlh" (default on an orbit), "icrf" (default at a fixed place), or one of the keys
+        ``position_lvlh_m``, ``position_icrf_m``; a file in LVLH axes requires ``relative_to``
+    velocity_icrf_m_s, velocity_lvlh_m_s : velocity along a straight line in these axes, from the
+        epoch on; default: fixed
+    drift : Clohessy-Wiltshire motion from ``position_lvlh_m`` and ``velocity_lvlh_m_s`` at the
+        epoch
+    attitude : "lvlh" (default on an orbit), "icrf" (default at a fixed position), or one of
         ``quaternion_icrf_from_body_xyzw``, ``quaternion_lvlh_from_body_xyzw``, ``point_at``,
         ``attitude_file``
     joints : ``joints_deg`` of hinges and ``joints_m`` of rails by name; ``joint_file``, a table
         with columns joint_NAME_deg and joint_NAME_m; ``sun_tracking``, drives that follow the Sun;
-        a joint in none of them is as stored
+        all other joints are as stored
     """
 
     model: str | PrimitiveTable | None = None
@@ -237,9 +238,9 @@ class OrbitingTable(Table, frozen=True, kw_only=True):
 
 
 class LookAtTable(Table, frozen=True, kw_only=True):
-    """A place on a spacecraft: its origin, a ``keypoint``, or the middle of a ``part``.
+    """A point of a spacecraft: its origin, a ``keypoint``, or the centre of a ``part``.
 
-    Keypoint and part stand as stored in the model, whatever its joints do.
+    Keypoint and part are at their stored position in the model, whatever the joint angles.
     """
 
     target: str
@@ -250,8 +251,8 @@ class LookAtTable(Table, frozen=True, kw_only=True):
 class LimbTable(Table, frozen=True, kw_only=True):
     """The Earth's limb, from a camera on a spacecraft.
 
-    azimuth_deg : about nadir, from ahead towards the right
-    tangent_height_km : of the lowest point of the sight line over the ellipsoid
+    azimuth_deg : angle about nadir, from ahead towards the right
+    tangent_height_km : height of the lowest point of the line of sight over the ellipsoid
     """
 
     azimuth_deg: float = 0.0
@@ -262,10 +263,10 @@ class CameraTable(CameraSettingsTable, frozen=True, kw_only=True):
     """``[camera.NAME]``: the settings of a camera and its mount.
 
     mount : ``on`` (a spacecraft), or ``about`` (azimuth, elevation, range), or ``position_icrf_m``
-    look_at : the spacecraft, or the place on one, kept in the centre; else ``limb``, or
-        ``boresight`` in ``axes``, as ``up``
+    look_at : the spacecraft, or a point of it, that stays in the centre; otherwise ``limb``, or
+        ``boresight`` in ``axes``, like ``up``
     axes : "body" (default), "lvlh" (default with ``limb``) or "icrf" (at ``position_icrf_m``)
-    keep_from_sun_deg : the boresight turns away from the Sun to no less than this
+    keep_from_sun_deg : minimum angle to the Sun; the boresight turns away to keep it
     """
 
     on: str | None = None
@@ -282,10 +283,10 @@ class CameraTable(CameraSettingsTable, frozen=True, kw_only=True):
 
 
 class ThermalTable(Table, frozen=True, kw_only=True):
-    """``[thermal]``: how temperatures of spacecraft are worked out for thermal cameras.
+    """``[thermal]``: computation of spacecraft temperatures for thermal cameras.
 
-    patches : of each spacecraft, about
-    step_s : between the times at which a history has its light
+    patches : approximate number of patches per spacecraft
+    step_s : time between two evaluations of the light in a temperature history
     """
 
     patches: Annotated[int, Meta(ge=20, le=6000)] = 1500
@@ -296,15 +297,15 @@ class LampTable(Table, frozen=True, kw_only=True):
     """``[lamp.NAME]``: a spot light on a spacecraft, with its own shadows.
 
     on : the spacecraft that carries it, at ``position_body_m`` or a ``keypoint``
-    look_at : the spacecraft that the beam follows; else ``boresight`` in body axes
-    half_angle_deg : of the cone within which the intensity is uniform
-    edge_deg : width of the smooth fall to zero around the cone
-    power_w : optical, radiated in the whole beam: one number over all wavelengths with a spectrum,
+    look_at : the spacecraft that the beam points at; otherwise ``boresight`` in body axes
+    half_angle_deg : half angle of the cone of uniform intensity
+    edge_deg : width of the smooth decrease to zero around the cone
+    power_w : optical power of the full beam: one number over all wavelengths with a spectrum,
         ``wavelength_nm``, ``temperature_k`` (of a black body) or ``band_shares``; or four, one for
         each band
-    wavelength_nm : of a line, or of several with ``line_weights``; or a CSV file with a curve
+    wavelength_nm : one line, or several with ``line_weights``; or a CSV file with a curve
     line_weights : power in each line, in any unit; equal by default
-    radius_m : of the aperture. Nothing closer along the beam, and nothing within 1 cm, casts
+    radius_m : radius of the aperture. Parts closer along the beam, or within 1 cm, cast no shadow
     """
 
     on: str
@@ -325,14 +326,14 @@ class LampTable(Table, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, kw_only=True)
 class UsabilityCriteria:
-    """Limits that a usable image of a target keeps.
+    """Limits for a usable image of a target.
 
-    target, camera : what to look for, and through which camera; None for the scenario's first ones
-    least_pixels : of the target
-    most_saturated : fraction of the target's pixels that may be saturated
-    most_dark : fraction of them that may be below the noise
-    least_snr : median signal to noise ratio of the target
-    least_contrast : of target against background, abs(t - b) / (t + b) of their median electrons
+    target, camera : names; None for the scenario's first ones
+    least_pixels : minimum number of target pixels
+    most_saturated : maximum fraction of saturated target pixels
+    most_dark : maximum fraction of target pixels below the noise
+    least_snr : minimum of the median signal-to-noise ratio of the target
+    least_contrast : minimum contrast to the background, abs(t - b) / (t + b) of median electrons
     """
 
     target: str | None = None
@@ -345,7 +346,7 @@ class UsabilityCriteria:
 
 
 class AssessTable(Table, frozen=True, kw_only=True):
-    """``[assess]``: the fields of ``UsabilityCriteria``; omitted ones have its defaults."""
+    """``[assess]``: limits for a usable image of a target; see ``UsabilityCriteria``."""
 
     target: str | None = None
     camera: str | None = None
@@ -357,13 +358,14 @@ class AssessTable(Table, frozen=True, kw_only=True):
 
 
 class RenderTable(Table, frozen=True, kw_only=True):
-    """``[render]``: noise seed and mean geometry samples per pixel (omitted: chosen by cost).
+    """``[render]``: noise seed, and mean number of geometry samples per pixel (default: automatic).
 
-    inter_reflection : light between the surfaces of a spacecraft, and the Earth hidden by them
-    between_spacecraft : light from one spacecraft to another at its vertices, too
-    gather : that light at vertices, or by rays from every sample of every pixel
-    glossy_reflections : that light as glossy surfaces see it by rays, not uniform
-    joint_light : that light where joints have moved parts: pair by pair, or all of it for each pose
+    inter_reflection : light between the surfaces of a spacecraft, and their occlusion of the Earth
+    between_spacecraft : light from one spacecraft to another, at vertices
+    gather : interreflection at vertices, or by rays from every sample of every pixel
+    glossy_reflections : glossy surfaces reflect spacecraft by rays, not a uniform mean
+    joint_light : interreflection with moved joints: "quick" by pairs of parts, "exact" by a bake of
+        each pose
     """
 
     seed: Annotated[int, Meta(ge=0, le=2**32 - 1)] = 0

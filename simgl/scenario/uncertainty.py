@@ -12,10 +12,10 @@ from simgl.config.value_types import Table
 
 @dataclass(frozen=True, kw_only=True)
 class Uncertainty:
-    """What the draws of an assessment vary, as standard deviations.
+    """Standard deviations for the Monte Carlo draws of an assessment.
 
-    The fields of ``UncertaintyTable``. The defaults are estimates, for a target whose finishes
-    nobody has measured, and a calibrated camera.
+    The fields of ``UncertaintyTable``. The defaults are estimates for a target with finishes that
+    have not been measured, and a calibrated camera.
     """
 
     draws: int = 40
@@ -33,17 +33,17 @@ _AngularSigma = Annotated[float, Meta(ge=0.0, le=180.0)]
 
 
 class UncertaintyTable(Table, frozen=True, kw_only=True):
-    """``[uncertainty]``: what Monte Carlo draws of an assessment vary, as standard deviations.
+    """``[uncertainty]``: standard deviations for the Monte Carlo draws of an assessment.
 
-    draws : how many; each has its errors, which stay the same over the run
-    epochs : at which every draw is rendered, spread evenly over the run
-    seed : of the draws
-    albedo_sigma : relative, of the light that the target sends to the camera
+    draws : number of draws; the errors of a draw are constant over the run
+    epochs : number of epochs at which every draw is rendered, evenly spaced over the run
+    seed : seed of the draws
+    albedo_sigma : relative, of the light from the target to the camera
     exposure_sigma : relative, of exposure time, transmission and quantum efficiency together
-    attitude_sigma_deg : of the target, about each body axis
-    pointing_sigma_deg : of the camera, about each of its axes
-    weathers : how many cloud fields the draws take in turn, where clouds are drawn by a seed; 0
-        keeps that of the scenario
+    attitude_sigma_deg : attitude of the target, about each body axis
+    pointing_sigma_deg : pointing of the camera, about each of its axes
+    weathers : number of cloud fields, which the draws use in turn, if clouds follow a seed; 0 keeps
+        that of the scenario
     """
 
     draws: Annotated[int, Meta(ge=2, le=1000)] = Uncertainty.draws
