@@ -189,10 +189,8 @@ class DigitalFrame:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TruthFrame:
-    """Depth and identity at the centre of each pixel.
-
-    For a lens with skew or distortion they are taken at the nearest pixel of the enlarged pinhole
-    image, which has pixels of half the size.
+    """Depth and identity at the centre of each pixel; for a lens with skew or distortion at the
+    nearest half-size pixel of the enlarged pinhole image.
 
     depth : (height, width) float32 along the boresight [m], negative behind the camera (fisheye
         lenses); 0 for no spacecraft

@@ -70,9 +70,8 @@ class Simulator(AbstractContextManager["Simulator"]):
 
     scenario : provides models, Earth and render settings
     ctx : OpenGL context to use; without it the simulator opens its own and closes it at the end
-    progress : called with the number of finished steps and of all steps, while interreflection is
-        traced and tables of the atmosphere and the Earth are computed (some seconds for each new
-        one)
+    progress : called with the finished and the total steps while interreflection is traced and
+        tables of atmosphere and Earth are computed: some seconds for each that is new
 
     Raises ContextError if there is no usable OpenGL, and ConfigError for a camera whose image size
     the driver does not support. Use it in a ``with`` statement, or call ``close``.
@@ -153,10 +152,9 @@ class Simulator(AbstractContextManager["Simulator"]):
     ) -> Capture:
         """Capture the image of one camera.
 
-        during : function of the epoch [TAI ns] that returns the scene during the exposure, such as
-            ``Scenario.around(tai_ns)``; electrons and DN then have motion blur and rolling
-            shutter. Without it the scene is static. Radiance and truth are always those of the
-            epoch of ``state``
+        during : the scene at an epoch [TAI ns] of the exposure, such as ``scenario.around(tai_ns)``;
+            electrons and DN then have motion blur and rolling shutter. Without it the scene is
+            static, as it always is for radiance and truth
         seed : of the noise; the scenario's if omitted
         draw : distinguishes images of one epoch: equal draws have equal noise, different draws
             independent noise; 0 to 2^32 - 1
@@ -172,10 +170,8 @@ class Simulator(AbstractContextManager["Simulator"]):
     def capture_at(
         self, tai_ns: int, camera: str, products: Collection[Product], draw: int = 0
     ) -> Capture:
-        """Capture the image at a time [TAI ns] at which all bodies follow the scenario's laws.
-
-        Motion during the exposure is included. Temperatures start at the scenario's epoch.
-        """
+        """Capture the image at a time [TAI ns], with all bodies following the scenario's laws: motion
+        during the exposure, and temperatures since the scenario's epoch, are included."""
         thermal = camera in self.scenario.cameras and self.scenario.cameras[camera].thermal
         return self.capture(
             self.scenario.at(tai_ns),
@@ -361,10 +357,8 @@ class Simulator(AbstractContextManager["Simulator"]):
     def _lit_for(
         self, still: StillScene, colours: Sequence[DetectorLight], index: int
     ) -> StillScene:
-        """The scene with its lamps weighted by the response of the pixels of one colour.
-
-        The last result is cached for the settings of a bracket.
-        """
+        """The scene with its lamps weighted by the response of the pixels of one colour; the last
+        result is cached, for the settings of a bracket."""
         camera, light = still.camera, colours[index]
         if light.key == b"":
             return still
