@@ -152,7 +152,7 @@ class Simulator(AbstractContextManager["Simulator"]):
     ) -> Capture:
         """Capture the image of one camera.
 
-        during : the scene at an epoch [TAI ns] of the exposure, such as ``scenario.around(tai_ns)``;
+        during : the scene at a time [TAI ns] of the exposure, such as ``scenario.around(tai_ns)``;
             electrons and DN then have motion blur and rolling shutter. Without it the scene is
             static, as it always is for radiance and truth
         seed : of the noise; the scenario's if omitted
@@ -170,8 +170,8 @@ class Simulator(AbstractContextManager["Simulator"]):
     def capture_at(
         self, tai_ns: int, camera: str, products: Collection[Product], draw: int = 0
     ) -> Capture:
-        """Capture the image at a time [TAI ns], with all bodies following the scenario's laws: motion
-        during the exposure, and temperatures since the scenario's epoch, are included."""
+        """Capture the image at a time [TAI ns] at which all follow the scenario's laws: with motion
+        during the exposure, and temperatures since the scenario's epoch."""
         thermal = camera in self.scenario.cameras and self.scenario.cameras[camera].thermal
         return self.capture(
             self.scenario.at(tai_ns),
