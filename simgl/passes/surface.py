@@ -107,12 +107,16 @@ class SurfacePass:
         for unit, texture in zip(_SEEN_UNITS.values(), seen, strict=False):
             texture.use(unit)
         self._bind_light(drawn, lamp_maps)
-        optional = {
-            "SUNLIT": bool(drawn.view.sun_irradiance.any()),
+        lights = {
             "SKY": drawn.probe is not None,
             "INTERREFLECTION": drawn.interreflects,
             "LAMPS": bool(lamps),
             "GLOSSY": bool(seen),
+        }
+        # Where there is no light at all, there is no need of a shader of its own.
+        sunlit = drawn.view.sun_irradiance.any() or not any(lights.values())
+        optional = lights | {
+            "SUNLIT": bool(sunlit),
             "BY_LIGHT": by_light,
             "AIR_BEFORE": drawn.air is not None,
         }
