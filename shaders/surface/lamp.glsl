@@ -242,13 +242,13 @@ float line_distance(LampLine line, float height) {
 }
 
 // How high over the receiver [m-1] its own surface may stand at an offset [texels] from it.
-float own_plane(LampReceiver r, vec2 away) {
+float receiver_plane(LampReceiver r, vec2 away) {
     return dot(r.plane, away) + r.slack * (1.0 + abs(away.x) + abs(away.y));
 }
 
 // Whether what a texel shows, so far from the receiver [texels], stands over that and casts soft shadows.
 bool may_meet(Lamp lamp, LampReceiver r, vec4 texel, vec2 away) {
-    return texel.r - r.near > own_plane(r, away) && texel.r <= lamp.hard_near;
+    return texel.r - r.near > receiver_plane(r, away) && texel.r <= lamp.hard_near;
 }
 
 // Whether a line meets what a texel shows, on its way between two heights over the receiver [m-1].
@@ -258,7 +258,7 @@ bool may_meet(Lamp lamp, LampReceiver r, vec4 texel, vec2 away) {
 bool line_meets(Lamp lamp, LampReceiver r, LampLine line, ivec2 at, float from, float to) {
     vec4 texel = read_texel(lamp_maps, at + ivec2(lamp.first, 0));
     vec2 away = vec2(at) - r.place, ends = texel.rg - r.near, slope = texel.ba;
-    float plane = own_plane(r, away);
+    float plane = receiver_plane(r, away);
     if (!may_meet(lamp, r, texel, away)) return false;
     // Of the plane over the receiver, or over what lies a little towards the viewer.
     float over = min(ends.x - dot(slope, away), texel.r - r.seen.z - dot(slope, vec2(at) - r.seen.xy));
