@@ -7,7 +7,7 @@
 
 const int STRIDE = 5;   // texels along the edge of the largest window
 const int TEXELS = STRIDE * STRIDE;   // the bits above tell of the cell
-const uint BARE = 1u << 30u;   // with the fifth group: a sample of the cell sees nothing
+const uint BARE = 1u << 30u;   // with the second group: a sample of the cell sees nothing
 
 // From the texel alone, so that neighbouring cells agree on whose sample it is.
 ivec2 cell_of(ivec2 texel) {
@@ -60,8 +60,13 @@ ivec2 next_texel(inout uint group) {
 }
 
 #ifdef GROUPED
-// Four layers each. Above the first group stands the number of samples, above the fifth that of groups.
+// Four layers each. Above the first group stands the number of samples, above the second that of groups.
 uniform usampler2D cell_groups, second_groups, third_groups, fourth_groups;
+
+// How many groups a cell has, by its first four.
+int count_of(uvec4 groups) {
+    return int((groups.y & ~BARE) >> TEXELS);
+}
 
 // The groups of four layers of a cell, from a multiple of four on.
 uvec4 groups_from(ivec2 cell, int layer) {

@@ -4,7 +4,7 @@
 uniform usampler2D visibility;
 
 // One for each layer. The upper bits of the first hold the number of samples in the cell, those of the
-// fifth the number of groups, and above that whether a sample of the cell sees nothing (BARE).
+// second the number of groups, and above that whether a sample of the cell sees nothing (BARE).
 layout(location = 0) out uvec4 groups[LAYERS / 4];
 
 void main() {
@@ -38,7 +38,7 @@ void main() {
         count += uint(group != 0u);
     } while (++layer < LAYERS && left != 0u);
     chosen_groups[0] |= total << TEXELS;
-    chosen_groups[4] |= count << TEXELS | (bare ? BARE : 0u);
+    chosen_groups[1] |= count << TEXELS | (bare ? BARE : 0u);
     for (int k = 0; k < LAYERS / 4; ++k)
         groups[k] = uvec4(chosen_groups[4 * k], chosen_groups[4 * k + 1], chosen_groups[4 * k + 2],
                           chosen_groups[4 * k + 3]);

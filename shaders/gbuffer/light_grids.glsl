@@ -17,16 +17,16 @@ vec4 grid_node(uint grid, uint i, uint j, bool back) {
 // Irradiance [W m-2] more than is linear between a triangle's vertices, at weights of its corners.
 vec4 more_of_grid(uint triangle, vec3 weights, bool back) {
     uint number = read_texel(light_grids, table_place(triangle)).r;
-    if (number == 0u) return vec4(0.0);
     vec2 at = weights.xy * float(GRID_CUTS);
     uint i = min(uint(at.x), GRID_CUTS - 1u), j = min(uint(at.y), GRID_CUTS - 1u - i);
     vec2 part = clamp(at - vec2(i, j), 0.0, 1.0);
-    vec4 first = grid_node(number - 1u, i + 1u, j, back), second = grid_node(number - 1u, i, j + 1u, back);
-    float beyond = part.x + part.y - 1.0;
-    if (beyond <= 0.0 || i + j == GRID_CUTS - 1u) {
-        part /= max(part.x + part.y, 1.0);
-        return part.x * first + part.y * second + (1.0 - part.x - part.y) * grid_node(number - 1u, i, j, back);
-    }
-    return (1.0 - part.y) * first + (1.0 - part.x) * second
-         + beyond * grid_node(number - 1u, i + 1u, j + 1u, back);
+    // Of a square of nodes, which of the two triangles, and the weights of its corners.
+    bool upper = part.x + part.y > 1.0 && i + j < GRID_CUTS - 1u;
+    vec2 lower = part / max(part.x + part.y, 1.0);
+    vec3 share = upper ? vec3(1.0 - part.yx, part.x + part.y - 1.0) : vec3(lower, 1.0 - lower.x - lower.y);
+    uint third = uint(upper);
+    vec4 more = share.x * grid_node(number - 1u, i + 1u, j, back)
+              + share.y * grid_node(number - 1u, i, j + 1u, back)
+              + share.z * grid_node(number - 1u, i + third, j + third, back);
+    return number == 0u ? vec4(0.0) : more;
 }

@@ -1,8 +1,7 @@
 // How many pages each block of 2 x 2 cells takes: as many as its fullest cell has groups. The upper bit
 // tells whether a sample of the block sees nothing.
+#define GROUPED
 #include "gbuffer/cells.glsl"
-
-uniform usampler2D second_groups;
 
 out uint pages;
 
@@ -12,9 +11,9 @@ void main() {
     uint bare = 0u;
     for (int y = first.y; y < last.y; ++y)
         for (int x = first.x; x < last.x; ++x) {
-            uint of_cell = read_texel(second_groups, ivec2(x, y)).x;
-            pages = max(pages, (of_cell & ~BARE) >> TEXELS);
-            bare |= of_cell & BARE;
+            uvec4 groups = read_texel(cell_groups, ivec2(x, y));
+            pages = max(pages, uint(count_of(groups)));
+            bare |= groups.y & BARE;
         }
     if (bare != 0u) pages |= 128u;
 }

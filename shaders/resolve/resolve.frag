@@ -70,9 +70,14 @@ void add(inout Sum sum, Sum more) {
     sum.count += more.count;
 }
 
-// The radiance of a group, by the first page of its cell's block.
+// The shading point of a group, by the first page of its cell's block.
+ivec2 texel_of_point(uint first_page, ivec2 cell, int layer) {
+    return texel_of_page(int(first_page) + layer) + (cell & 1);
+}
+
+// Its radiance.
 vec4 point(uint first_page, ivec2 cell, int layer) {
-    return read_texel(points, texel_of_page(int(first_page) + layer) + (cell & 1));
+    return read_texel(points, texel_of_point(first_page, cell, layer));
 }
 
 // All samples of a cell.
@@ -80,19 +85,14 @@ Sum cell_sum(ivec2 cell) {
     uvec4 groups = read_texel(cell_groups, cell);
     uint first_page = read_texel(block_pages, cell / BLOCK).r;
     Sum sum = Sum(vec4(0.0), Share(0.0), Share(float(groups.x >> TEXELS)));
-    // The groups come first, most of them within the first four.
-    int layer = 0;
+    int layer = 0, count = count_of(groups);
     do {
-        do {
-            float samples = float(samples_of(groups.x));
-            vec4 light = point(first_page, cell, layer);
-            sum.light += samples > 0.0 ? samples * light : vec4(0.0);
-            sum.covered += samples;
-            groups = uvec4(groups.yzw, 0u);
-            ++layer;
-        } while (samples_of(groups.x) > 0u);
-        if ((layer & 3) == 0) groups = groups_from(cell, layer);
-    } while (samples_of(groups.x) > 0u && layer < LAYERS);
+        ivec2 at = texel_of_point(first_page, cell, layer);
+        float samples = layer < count ? float(samples_of(read_texel(point_groups, at).r)) : 0.0;
+        vec4 light = read_texel(points, at);
+        sum.light += samples > 0.0 ? samples * light : vec4(0.0);
+        sum.covered += samples;
+    } while (++layer < count);
     return sum;
 }
 

@@ -4,6 +4,7 @@
 // nothing of the receiver. The plane of what it shows does, continued to the receiver: only where it
 // passes over the receiver can the surface shade it; and what lies across that plane is past the crease.
 
+#include "common/texels.glsl"
 #include "surface/receiver.glsl"
 
 // What four texels show, and what it is to a receiver.
@@ -24,8 +25,8 @@ Planes planes_at(sampler2D depths, sampler2D slopes, SunMap map, Receiver r, ive
     for (int k = 0; k < 4; ++k) {
         ivec2 texel = first + ivec2(k & 1, k >> 1), at = texel + ivec2(map.column, 0);
         vec2 away = vec2(texel) + 0.5 - place;
-        float high = above - map.depth * texelFetch(depths, at, 0).r;
-        vec2 slope = -map.texel * texelFetch(slopes, at, 0).rg;
+        float high = above - map.depth * read_texel(depths, at).r;
+        vec2 slope = -map.texel * read_texel(slopes, at).rg;
         float rise = high - dot(r.slope, away), bend = length(slope - r.slope);
         // On the line to the Sun, which leans against the map.
         float over = (high - r.seen.z - dot(slope, away - r.seen.xy)) / (1.0 - dot(slope, map.lean));

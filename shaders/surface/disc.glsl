@@ -101,7 +101,7 @@ void add_slab(inout Tried tried, Slab slab) {
 Tried tried_on_rings(sampler2D depths, SunMap map, Samples samples, Slab overhead, Spiral spiral,
                      float highest, float reach, float turn) {
     Tried tried = Tried(highest, 0.0, 0.0, highest, highest, false, false, uvec4(0u), uvec4(0u));
-    float spread = sqrt(highest * highest * reach * reach + 0.6), near = 1.0 - 0.4 * turn;
+    float spread = spread_at(highest, reach), near = 1.0 - 0.4 * turn;
     vec2 lean = highest * map.lean, direction = -spiral.first;
     uint left = samples.group;
     int rings = 0;
@@ -125,7 +125,7 @@ Tried tried_on_rings(sampler2D depths, SunMap map, Samples samples, Slab overhea
 // Tries all directions at one height.
 void try_all(sampler2D depths, SunMap map, Samples samples, Slab overhead, Spiral spiral, float reach,
              inout Tried tried) {
-    float high = tried.high, met = (1.0 - MISS) * high, spread = sqrt(high * high * reach * reach + 0.6);
+    float high = tried.high, met = (1.0 - MISS) * high, spread = spread_at(high, reach);
     vec2 lean = high * map.lean, direction = spiral.first;
     uint left = samples.group;
     int k = 0, word = 0;
@@ -151,46 +151,45 @@ void try_all(sampler2D depths, SunMap map, Samples samples, Slab overhead, Spira
     tried.tall = tried.tall || tried.blocked != uvec4(0u);
 }
 
-// Follows the lines of some directions past the casters. Returns those that meet one.
+// The first look of some lines at the casters, which settles most. Returns those that meet a slab there.
 //
 // wanted, lower : a bit for each direction; which of them come over a slab that is lower than tried first
-// undecided : those where a slab floats over the line
-uvec4 blocked_lines(sampler2D depths, sampler2D behind, SunMap map, Samples samples, Slab overhead,
-                    Spiral spiral, float reach, Casters casters, uvec4 wanted, uvec4 lower,
-                    out uvec4 undecided) {
+// unsettled : those that have to be followed
+uvec4 blocked_at_first(sampler2D depths, SunMap map, Samples samples, Slab overhead, Spiral spiral,
+                       float reach, Casters casters, uvec4 wanted, uvec4 lower, out uvec4 unsettled) {
     uvec4 blocked = uvec4(0u);
-    undecided = uvec4(0u);
+    unsettled = uvec4(0u);
     if (wanted == uvec4(0u)) return blocked;
+    float low = casters.bottom, high = casters.lower_top;
+    float low_spread = spread_at(low, reach), high_spread = spread_at(high, reach);
     vec2 direction = spiral.first;
     uint left = samples.group;
     int k = 0, word = 0;
     do {
-        uint some = wanted.x, over_lower = lower.x, shaded = 0u, unknown = 0u, bit = 1u;
-        wanted = wanted.yzww;
+        uint over_lower = casters.tall ? lower.x : ~0u, met = 0u, more = 0u, bit = 1u;
         lower = lower.yzww;
         do {
-            vec2 ray = radius_of(spiral, k) * reach * direction;
+            bool past_tall = (over_lower & bit) == 0u;
+            float height = past_tall ? low : high, spread = past_tall ? low_spread : high_spread;
+            vec2 offset = radius_of(spiral, k) * spread * direction + height * map.lean;
             direction = ON_SPIRAL * direction;
-            Receiver r = next_receiver(samples, left);
-            if ((some & bit) != 0u) {
-                bool past_tall = casters.tall && (over_lower & bit) == 0u;
-                int met = met_by_line(depths, behind, map, r, overhead, ray, reach, casters, past_tall,
-                                      false);
-                shaded |= met == BLOCKED ? bit : 0u;
-                unknown |= met == UNDECIDED ? bit : 0u;
-            }
+            Slab slab = slab_near(depths, map, next_receiver(samples, left), overhead, offset);
+            bool meets = slab.casts && is_within(slab, height);
+            met |= meets ? bit : 0u;
+            more |= meets || past_tall && !slab.casts ? 0u : bit;
             bit <<= 1u;
         } while (++k < spiral.taps && bit != 0u);
-        blocked |= in_word(shaded, word);
-        undecided |= in_word(unknown, word);
+        blocked |= in_word(met, word);
+        unsettled |= in_word(more, word);
         ++word;
     } while (k < spiral.taps);
-    return blocked;
+    unsettled &= wanted;
+    return blocked & wanted;
 }
 
-// The same for the few for which it takes what is behind slabs, one by one.
-uvec4 blocked_behind(sampler2D depths, sampler2D behind, SunMap map, Samples samples, Slab overhead,
-                     Spiral spiral, float reach, Casters casters, uvec4 wanted, uvec4 lower) {
+// Follows some lines past the casters, one by one. Returns those that meet one.
+uvec4 blocked_lines(sampler2D depths, sampler2D behind, SunMap map, Samples samples, Slab overhead,
+                    Spiral spiral, float reach, Casters casters, uvec4 wanted, uvec4 lower) {
     uvec4 blocked = uvec4(0u);
     if (wanted == uvec4(0u)) return blocked;
     do {
@@ -208,8 +207,8 @@ uvec4 blocked_behind(sampler2D depths, sampler2D behind, SunMap map, Samples sam
         Receiver r = next_receiver(samples, left);
         bool past_tall = casters.tall && (lower & one) == uvec4(0u);
         vec2 ray = radius_of(spiral, k) * reach * direction;
-        int met = met_by_line(depths, behind, map, r, overhead, ray, reach, casters, past_tall, true);
-        blocked |= met == BLOCKED ? one : uvec4(0u);
+        bool met = met_by_line(depths, behind, map, r, overhead, ray, reach, casters, past_tall);
+        blocked |= met ? one : uvec4(0u);
     } while (wanted != uvec4(0u));
     return blocked;
 }
@@ -273,10 +272,10 @@ vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, Samples samples, 
     // Nothing is left to try where all that stands around is as high as tried.
     bool settled = deepest >= (1.0 - MISS) * tried.high;
     uvec4 all = ~0u * uvec4(greaterThan(ivec4(taps), ivec4(0, 32, 64, 96)));
-    uvec4 open = settled ? uvec4(0u) : all & ~tried.blocked, undecided;
-    uvec4 blocked = tried.blocked | blocked_lines(depths, behind, map, samples, overhead, spiral, reach,
-                                                  casters, open, tried.lower, undecided);
-    blocked |= blocked_behind(depths, behind, map, samples, overhead, spiral, reach, casters, undecided,
-                              tried.lower);
+    uvec4 open = settled ? uvec4(0u) : all & ~tried.blocked, unsettled;
+    uvec4 blocked = tried.blocked | blocked_at_first(depths, map, samples, overhead, spiral, reach, casters,
+                                                     open, tried.lower, unsettled);
+    blocked |= blocked_lines(depths, behind, map, samples, overhead, spiral, reach, casters, unsettled,
+                             tried.lower);
     return past_steps * unblocked_light(map, samples.of_group, spiral, reach, blocked, limb_u, limb_v);
 }

@@ -40,9 +40,9 @@ void turn_back(inout Surface s, uint label) {
 
 // The surface that a shading point sees.
 Surface gbuffer_surface(ivec2 at) {
-    vec4 position = texelFetch(gbuffer_position, at, 0);
-    vec4 normal_roughness = texelFetch(gbuffer_normal_roughness, at, 0);
-    vec4 face_normal = texelFetch(gbuffer_face_normal, at, 0);
+    vec4 position = read_texel(gbuffer_position, at);
+    vec4 normal_roughness = read_texel(gbuffer_normal_roughness, at);
+    vec4 face_normal = read_texel(gbuffer_face_normal, at);
     uint material = material_of(position.w);
     Surface s;
     s.body = position.xyz;
@@ -63,9 +63,9 @@ Surface gbuffer_surface(ivec2 at) {
     s.emission = material_emission[material];
     float roughness2 = pow(law.y, 4.0);
 #ifdef DETAILED
-    vec4 emission = texelFetch(textured_emission, at, 0);
-    vec4 relief = texelFetch(textured_normal, at, 0);
-    s.reflectance = texelFetch(textured_reflectance, at, 0);
+    vec4 emission = read_texel(textured_emission, at);
+    vec4 relief = read_texel(textured_normal, at);
+    s.reflectance = read_texel(textured_reflectance, at);
     s.metallic = emission.w;
     s.emission *= emission.rgbr;
     s.n = relief.xyz;
@@ -79,7 +79,7 @@ Surface gbuffer_surface(ivec2 at) {
     s.earth_share = face_normal.w;
     s.indirect = vec4(0.0);
 #ifdef INTERREFLECTION
-    s.indirect = texelFetch(gbuffer_indirect, at, 0);
+    s.indirect = read_texel(gbuffer_indirect, at);
 #endif
     // Uniform over the hemisphere, unless rays tell more.
     s.seen = s.coat_seen = s.indirect / PI;

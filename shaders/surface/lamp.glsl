@@ -18,6 +18,8 @@ const float LOOKS = 32.0;
 // So far [texels] the bounds tell (surface/caster_bounds.glsl), and which of them a line asks first.
 const float LEAPS[CASTER_LEVELS] = float[](8.0, 16.0, 24.0, 32.0, 48.0, 64.0, 96.0, 128.0, 192.0, 256.0);
 const int FIRST_LEAP = 3;
+// Lines that go no farther [texels] are most often free, which the texels around tell at once.
+const float NEAR_LINES = 5.0;
 // Cosine and sine of the golden angle, 2.39996323 rad, between successive directions.
 const mat2 GOLDEN_TURN = mat2(-0.73736888, 0.67549029, -0.67549029, -0.73736888);
 // A receiver stands so far over its triangle [texels].
@@ -239,6 +241,16 @@ float line_distance(LampLine line, float height) {
     return line.steep * sqrt(height * height + line.blur * line.blur);
 }
 
+// How high over the receiver [m-1] its own surface may stand at an offset [texels] from it.
+float receiver_plane(LampReceiver r, vec2 away) {
+    return dot(r.plane, away) + r.slack * (1.0 + abs(away.x) + abs(away.y));
+}
+
+// Whether what a texel shows, so far from the receiver [texels], stands over that and casts soft shadows.
+bool may_meet(Lamp lamp, LampReceiver r, vec4 texel, vec2 away) {
+    return texel.r - r.near > receiver_plane(r, away) && texel.r <= lamp.hard_near;
+}
+
 // Whether a line meets what a texel shows, on its way between two heights over the receiver [m-1].
 //
 // A caster is in its way where it comes through the plane of the surface that the texel shows, or is below
@@ -246,8 +258,8 @@ float line_distance(LampLine line, float height) {
 bool line_meets(Lamp lamp, LampReceiver r, LampLine line, ivec2 at, float from, float to) {
     vec4 texel = read_texel(lamp_maps, at + ivec2(lamp.first, 0));
     vec2 away = vec2(at) - r.place, ends = texel.rg - r.near, slope = texel.ba;
-    float plane = dot(r.plane, away) + r.slack * (1.0 + abs(away.x) + abs(away.y));
-    if (ends.x <= plane || texel.r > lamp.hard_near) return false;
+    float plane = receiver_plane(r, away);
+    if (!may_meet(lamp, r, texel, away)) return false;
     // Of the plane over the receiver, or over what lies a little towards the viewer.
     float over = min(ends.x - dot(slope, away), texel.r - r.seen.z - dot(slope, vec2(at) - r.seen.xy));
     // A solid that does not end over the receiver's surface reaches down to it; sheets have no inside.
@@ -303,6 +315,19 @@ bool line_blocked(Lamp lamp, LampReceiver r, LampLine line, float high) {
     return blocked;
 }
 
+// Whether no texel within a reach [texels] of a receiver shows what may meet a line from there.
+bool free_around(Lamp lamp, LampReceiver r, float reach) {
+    ivec2 first = ivec2(floor(r.place - reach + 0.5)), last = ivec2(floor(r.place + reach + 0.5)), at = first;
+    bool free = true;
+    do {
+        ivec2 texel = clamp(at, ivec2(0), ivec2(lamp_map_size - 1));
+        free = !may_meet(lamp, r, read_texel(lamp_maps, texel + ivec2(lamp.first, 0)), vec2(texel) - r.place);
+        bool ends = at.x == last.x;
+        at = ends ? ivec2(first.x, at.y + 1) : at + ivec2(1, 0);
+    } while (free && at.y <= last.y);
+    return free;
+}
+
 // Share of the aperture that a surface sees past the casters of a lamp's map.
 //
 // high : of casters_above
@@ -317,6 +342,9 @@ float lit_by_aperture(Lamp lamp, LampReceiver r, float high) {
     high *= 1.01;
     vec2 reach = aperture_reach(lamp);
     float widest = max(reach.x, reach.y), blur = sqrt(0.6) / widest;
+    // So far the lines go.
+    float farthest = length(vec2(high * widest, sqrt(0.6))) + 1e-2;
+    if (farthest < NEAR_LINES && free_around(lamp, r, farthest)) return 1.0;
     int lines = high * widest < WIDE_BLUR ? LAMP_LINES : 3 * LAMP_LINES, lit = 0;
     vec2 turn = fract(0.5 + vec2(dot(gl_FragCoord.xy, vec2(0.7548776662, 0.5698402910)),
                                  dot(gl_FragCoord.xy, vec2(0.8566748838, 0.7338918566))));

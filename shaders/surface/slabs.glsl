@@ -109,37 +109,44 @@ struct Casters {
     bool tall;         // others are as high as that
 };
 
-// What a line from a receiver comes to.
-const int PASSES = 0, BLOCKED = 1, UNDECIDED = 2;
+// How far from the line to the Sun's middle the disc's edge is at a height [texels]. Near contact the disc
+// shrinks below a texel; then the texel's own width smooths.
+//
+// reach : texels per metre of height at the disc's edge
+float spread_at(float height, float reach) { return sqrt(height * height * reach * reach + 0.6); }
 
-// Whether a line from the receiver meets a slab, from its first look down. Undecided where a slab floats
-// over the line and what is behind it is not asked for.
+// Whether a line that comes over a slab at a height [m] meets it there.
+bool is_within(Slab slab, float height) {
+    return abs(clamp(height, slab.low, slab.high) - height) <= MISS * height;
+}
+
+// Whether a line from the receiver meets a slab, from its first look down.
 //
 // ray, reach : texels per metre of height, of this line and at the disc's edge
 // past_tall : it has been tried as high as casters are tall, and met nothing
-// below : whether to ask for what is behind a slab. Where a low step is, it ends where others do.
-int met_by_line(sampler2D depths, sampler2D behind, SunMap map, Receiver r, Slab overhead, vec2 ray,
-                float reach, Casters casters, bool past_tall, const bool below) {
+//
+// Below a slab that floats over the line it asks for what is behind. Where a low step is, it ends where
+// others do.
+bool met_by_line(sampler2D depths, sampler2D behind, SunMap map, Receiver r, Slab overhead, vec2 ray,
+                 float reach, Casters casters, bool past_tall) {
     float height = past_tall ? casters.bottom : casters.lower_top, before = 0.0, off_before = 0.0;
     bool lowest = past_tall;
     int looks = SOLID ? 3 : 4;
     for (int look = 0; look < looks; ++look) {
-        // Near contact the disc shrinks below a texel; then the texel's own width smooths.
         float wider = sqrt(1.0 + 0.6 / max(height * height * reach * reach, 1e-6));
         vec2 offset = height * (map.lean + wider * ray);
         Slab slab = slab_near(depths, map, r, overhead, offset);
         bool over = slab.casts && slab.low > (1.0 + MISS) * height;
         if (over) {
-            if (!below) return UNDECIDED;
             Slab next = slab_behind(behind, map, r, slab, offset);
             if (next.casts) slab = next;
             else if (next.step && casters.bottom >= next.plane && casters.bottom <= next.high)
                 slab = Slab(next.high, casters.bottom, true, true, false, false, next.plane);
         }
-        float meets = clamp(height, slab.low, slab.high);
-        if (slab.casts && abs(meets - height) <= MISS * height) return BLOCKED;
-        if (lowest && !slab.casts) return PASSES;
+        if (slab.casts && is_within(slab, height)) return true;
+        if (lowest && !slab.casts) return false;
         lowest = lowest || !slab.casts;
+        float meets = clamp(height, slab.low, slab.high);
         float next = slab.casts ? meets : casters.bottom;
         // A sheet along the light rises by much from texel to texel: where it meets the line, two looks
         // at it tell.
@@ -152,5 +159,5 @@ int met_by_line(sampler2D depths, sampler2D behind, SunMap map, Receiver r, Slab
         off_before = off;
         height = next;
     }
-    return PASSES;
+    return false;
 }

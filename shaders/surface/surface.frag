@@ -2,9 +2,12 @@
 // light apart.
 // A file is included once: here, since others include this one only where they are wanted.
 #include "common/texels.glsl"
+#include "common/sun.glsl"
 #include "surface/gbuffer.glsl"
-#include "surface/sun.glsl"
 #include "surface/bounce.glsl"
+#ifdef SUNLIT
+#include "surface/sun.glsl"
+#endif
 #ifdef SKY
 #include "surface/earth.glsl"
 #endif
@@ -29,7 +32,10 @@ struct Lights {
 
 // sunlit : share of the sunlight that reaches the surface, per band; lit : of each lamp's light
 Lights lights_of(Surface s, vec4 sunlit, vec4 lit) {
-    Lights light = Lights(sun_light(s, sunlit), vec4(0.0), vec4(0.0), vec4(0.0));
+    Lights light = Lights(vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0));
+#ifdef SUNLIT
+    light.sun = sun_light(s, sunlit);
+#endif
 #if defined(SKY) || defined(INTERREFLECTION) || defined(GLOSSY)
     Albedo albedo = albedo_of(s);
 #endif
@@ -45,7 +51,16 @@ Lights lights_of(Surface s, vec4 sunlit, vec4 lit) {
     return light;
 }
 
-// Points of layered materials are drawn with LAYERED, the others without.
+// Whether a point is drawn here: those of layered materials with LAYERED, the others without. llvmpipe
+// works out squares of points whole, and would run loops as long as a point asks for that is not drawn.
+bool is_drawn(float label) {
+#ifdef LAYERED
+    const bool LAYERS_DRAWN = true;
+#else
+    const bool LAYERS_DRAWN = false;
+#endif
+    return uint(label) / 16384u == instance && is_layered(material_of(label)) == LAYERS_DRAWN;
+}
 
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
@@ -53,16 +68,23 @@ void main() {
 #ifdef GLOSSY
     s = with_seen_lobes(s, at);
 #endif
-    vec4 sunlit = sunlight_at(at), lit = vec4(1.0);
+    vec4 sunlit = vec4(1.0), lit = vec4(1.0);
+#ifdef SUNLIT
+    sunlit = sunlight_at(at);
+#endif
+#if defined(LAMPS) || defined(LAYERED)
+    float label = read_texel(gbuffer_position, at).w;
+    bool drawn = is_drawn(label);
+#endif
 #ifdef LAMPS
-    lit = lamps_lit(s);
+    if (drawn) lit = lamps_lit(s);
 #endif
 #ifdef LAYERED
     // Patterns are finer than a cell: the mean over its samples. What has none is shaded once.
-    uint material = material_of(texelFetch(gbuffer_position, at, 0).w);
+    uint material = material_of(label);
     uint group = group_of(at);
     vec2 middle = point_of(group);
-    bool patterned = is_patterned(material);
+    bool patterned = drawn && is_patterned(material);
     uint left = patterned ? group : lowest_of(group);
     float share = 1.0 / float(samples_of(left));
     Pattern pattern = pattern_of(s, material);

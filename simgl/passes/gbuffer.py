@@ -76,8 +76,8 @@ class GBufferPass:
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
         self._ctx, self._meshes = ctx, meshes
         self._grouping: dict[int, PointScreen] = {}
-        second = {"second_groups": CELL_GROUPS["second_groups"]}
-        self._counting = screen(ctx, ScreenShader("gbuffer/pages", 0.0, [TILE], second))
+        first = {"cell_groups": CELL_GROUPS["cell_groups"]}
+        self._counting = screen(ctx, ScreenShader("gbuffer/pages", 0.0, [TILE], first))
         paged = CELL_GROUPS | PAGE_ENTRIES
         self._paging = screen(ctx, ScreenShader("gbuffer/point_groups", 0.0, [TILE], paged))
         self._unmarked = screen(ctx, ScreenShader("gbuffer/unmarked", OTHERS, [], {}))
@@ -114,7 +114,7 @@ class GBufferPass:
         self._tile.bind()
         visibility.use(_VISIBILITY_UNIT)
         self._grouping_for(tile.cells.texels).draw(self.colour_only, groups, (0, 0, *cells))
-        counts, bare = self._page_counts(textures_of(groups)[1], blocks)
+        counts, bare = self._page_counts(textures_of(groups)[0], blocks)
         entries, first = page_table(counts)
         page_entries = self._page_entries.written(entries)
         point_groups = self._groups_of_points(textures_of(groups), page_entries, len(entries))
@@ -152,11 +152,11 @@ class GBufferPass:
         return textures_of(*self._depths.covering(size))[0]
 
     def _page_counts(
-        self, second_groups: moderngl.Texture, blocks: tuple[int, int]
+        self, cell_groups: moderngl.Texture, blocks: tuple[int, int]
     ) -> tuple[AnyArray, Mask]:
         """(rows, columns) uint8, of each block of cells; whether a sample of it sees nothing."""
         (counts,) = self._counts.covering(blocks)
-        second_groups.use(CELL_GROUPS["second_groups"])
+        cell_groups.use(CELL_GROUPS["cell_groups"])
         area = (0, 0, *blocks)
         self._counting.draw(self.colour_only, counts, area)
         wait_for_draws(self._ctx)

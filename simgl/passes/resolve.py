@@ -107,16 +107,19 @@ class ResolvePass:
         how : ``lays``, ``hides`` or ``adds``
         """
         groups = dict(zip(CELL_GROUPS, points.groups, strict=True))
+        by_samples = ramps != SHARP and _is_by_samples(tile)
         if tile.window is not None:
             # A cell there has no more than four samples.
             groups = {"cell_groups": groups["cell_groups"]}
+        elif lens is None and not by_samples:
+            groups = {"cell_groups": groups["cell_groups"], "point_groups": points.point_groups}
         textures = groups | {"block_pages": points.block_pages, "points": radiance}
         defines = [] if tile.window is None else ["WINDOW"]
         if how is self.adds:
             defines.append("SEPARATE")
         if ramps != SHARP:
             defines.append("SOFT")
-            if _is_by_samples(tile) and tile.window is None and lens is None:
+            if by_samples and tile.window is None and lens is None:
                 defines.append("BY_SAMPLES")
                 if points.edges is not None:
                     (textures["edges"],) = textures_of(points.edges)

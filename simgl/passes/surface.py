@@ -51,6 +51,7 @@ _SEEN_UNITS = {"seen_lobes": 22, "seen_pages": 23}
 
 # What each variant of the shader reads besides.
 _MORE_UNITS = {
+    "SUNLIT": _SUNLIGHT_UNITS,
     "SKY": gbuffer_units("face_normal") | _SKY_UNITS | _LOBES,
     "INTERREFLECTION": gbuffer_units("indirect") | _LOBES,
     "LAYERED": gbuffer_units("face_normal") | POINT_GROUPS | _LOBES,
@@ -106,11 +107,16 @@ class SurfacePass:
         for unit, texture in zip(_SEEN_UNITS.values(), seen, strict=False):
             texture.use(unit)
         self._bind_light(drawn, lamp_maps)
-        optional = {
+        lights = {
             "SKY": drawn.probe is not None,
             "INTERREFLECTION": drawn.interreflects,
             "LAMPS": bool(lamps),
             "GLOSSY": bool(seen),
+        }
+        # Where there is no light at all, there is no need of a shader of its own.
+        sunlit = drawn.view.sun_irradiance.any() or not any(lights.values())
+        optional = lights | {
+            "SUNLIT": bool(sunlit),
             "BY_LIGHT": by_light,
             "AIR_BEFORE": drawn.air is not None,
         }
@@ -148,7 +154,7 @@ class SurfacePass:
         return self._lit[variant]
 
     def _lit_screen(self, variant: tuple[str, ...]) -> PointScreen:
-        samplers = gbuffer_units("position", "normal_roughness") | _SUNLIGHT_UNITS
+        samplers = gbuffer_units("position", "normal_roughness")
         blocks = [SPACECRAFT, MATERIALS]
         for define, units in _MORE_UNITS.items():
             if define in variant:

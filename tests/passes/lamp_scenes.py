@@ -45,13 +45,8 @@ def dark_scene(
     }
     if "look_at" not in spot:
         spot.setdefault("boresight", [0, 0, -1])
-    return scene(
-        {"carrier": carrier, **craft},
-        camera,
-        sun={"irradiance_w_m2": 0.0},
-        lamp={"spot": spot},
-        **other,
-    )
+    dark = {"sun": {"irradiance_w_m2": 0.0}}
+    return scene({"carrier": carrier, **craft}, camera, lamp={"spot": spot}, **(dark | other))
 
 
 def ground(scenario: Scenario, distance: float) -> Array:

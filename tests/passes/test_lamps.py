@@ -23,7 +23,7 @@ from tests.passes.lamp_scenes import (
     plate,
     soft_shadow,
 )
-from tests.scenes import radiance, scene
+from tests.scenes import lambert, radiance, scene
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Table = dict[str, Any]
@@ -152,6 +152,55 @@ def test_the_lamp_is_the_only_light_behind_the_earth(gl: moderngl.Context) -> No
     assert unlit[40:88, 40:88].max() == 0.0
     expected = 0.5 / np.pi * np.array(POWER) / beam_solid_angle(*np.radians([20.0, 2.0])) / 100.0
     np.testing.assert_allclose(lit[64, 64], expected, rtol=1e-3)
+
+
+def test_a_lamps_shadow_is_dark_on_plain_and_on_coated_plates(gl: moderngl.Context) -> None:
+    """Points of layered materials, and of several spacecraft, are drawn apart from the others."""
+    coated = {"reflectance": 0.5, "coat": {"strength": 1.0, "roughness": 0.3}}
+    half = {"width_m": 3.0, "height_m": 6.0}
+    scenario = dark_scene(
+        {
+            "plain": {
+                "model": {"plate": {**half, "material": lambert(0.5)}},
+                "position_icrf_m": [-1.5, 0, 0],
+            },
+            "coated": {
+                "model": {"plate": {**half, "material": coated}},
+                "position_icrf_m": [1.5, 0, 0],
+            },
+            "blind": {"model": box((1.0, 1.0, 0.001)), "position_icrf_m": [0, 0, 5.0]},
+        },
+        # From beside the lamp's way.
+        {"position_icrf_m": [0, 80.0, 40.0], "boresight": [0, -2, -1], "focal_length_mm": 8.0},
+        {"half_angle_deg": 30.0},
+    )
+    image = radiance(gl, scenario)[..., 1]
+    middle, side = image[64, 46:82], np.concatenate([image[64, 14:18], image[64, 110:114]])
+    # A blind of 1 m half way to the lamp shades 2 m, which are 48 pixels of 4 cm: half a metre within, no
+    # light; a metre outside, all of it.
+    assert middle.max() == 0.0
+    assert side.min() > 0.0
+
+
+@pytest.mark.parametrize("coat", [0.0, 1.0])
+def test_without_sunlight_light_is_the_limit_of_faint_sunlight(
+    gl: moderngl.Context, coat: float
+) -> None:
+    """A shader that knows of no Sun draws what one draws for a Sun of 1e-20 W/m2."""
+    material = {"reflectance": 0.5, "roughness": 0.4, "coat": {"strength": coat, "roughness": 0.3}}
+    tile = {"plate": {"width_m": 2.0, "height_m": 2.0, "material": material}}
+    images = []
+    for irradiance in 0.0, 1e-20:
+        scenario = dark_scene(
+            {"plate": {"model": tile, "position_icrf_m": [0, 0, 0]}},
+            {"position_icrf_m": [3.0, 0, 9.0], "look_at": "plate", "focal_length_mm": 20.0},
+            {},
+            sun={"irradiance_w_m2": irradiance},
+        )
+        images.append(radiance(gl, scenario))
+    assert images[0][64, 64].min() > 0.0
+    # Another order of the same sum: float32 through some twenty products.
+    np.testing.assert_allclose(images[0], images[1], rtol=3e-6, atol=1e-15)
 
 
 def test_a_housing_around_the_lamp_does_not_dim_it(gl: moderngl.Context) -> None:
