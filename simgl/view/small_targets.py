@@ -70,11 +70,15 @@ def _outer(outline: Array) -> Array:
 
     They have the same convex hull.
     """
-    farthest = outline[np.argmax(_DIRECTIONS @ outline.T, axis=1)]
+    # Not by BLAS: from 8,192 points on it wakes its threads, which then keep a core busy for as long
+    # as a frame takes.
+    x, y = outline.T
+    farthest = outline[[int(np.argmax(right * x + down * y)) for right, down in _DIRECTIONS.tolist()]]
     along = np.roll(farthest, -1, axis=0) - farthest
-    inwards = np.stack([-along[:, 1], along[:, 0]], axis=1)
-    outside = inwards @ outline.T < np.sum(inwards * farthest, axis=1)[:, None]
-    beyond = outline[outside.any(axis=0)]
+    outside = np.zeros(len(outline), dtype=bool)
+    for (from_x, from_y), (right, down) in zip(farthest.tolist(), along.tolist(), strict=True):
+        outside |= right * y - down * x < right * from_y - down * from_x
+    beyond = outline[outside]
     return np.concatenate([farthest, _without_dents(beyond, farthest.mean(axis=0))])
 
 
