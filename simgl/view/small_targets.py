@@ -70,10 +70,10 @@ def _outer(outline: Array) -> Array:
 
     They have the same convex hull.
     """
-    # Not by BLAS: from 8,192 points on it wakes its threads, which then keep a core busy for as long
-    # as a frame takes.
+    # Not by BLAS: products with so many points may wake its threads, which keep a core busy for as
+    # long as a frame takes.
     x, y = outline.T
-    farthest = outline[[int(np.argmax(right * x + down * y)) for right, down in _DIRECTIONS.tolist()]]
+    farthest = outline[[np.argmax(right * x + down * y) for right, down in _DIRECTIONS.tolist()]]
     along = np.roll(farthest, -1, axis=0) - farthest
     outside = np.zeros(len(outline), dtype=bool)
     for (from_x, from_y), (right, down) in zip(farthest.tolist(), along.tolist(), strict=True):
