@@ -14,8 +14,8 @@ from simgl.scene.posed_mesh import PosedMesh, rigid_groups
 # How far behind a triangle's plane a place may lie and yet count as before it, as a part of their
 # distance: where corners are rounded to 1/256 of a texel, a triangle seen on its edge may turn.
 _GRAZING = 1e-3
-# Triangles whose distances are one product: with more, BLAS wakes its threads, which keep a core busy
-# for as long as a frame takes.
+# Triangles whose distances are one product: for more, BLAS may wake its threads, which keep a core
+# busy for as long as a frame takes.
 _AT_ONCE = 1 << 15
 # Bits of each coordinate in a place on the curve.
 _BITS = 10
