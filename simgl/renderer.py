@@ -237,26 +237,38 @@ class Renderer:
             with self.timer.measure("air"):
                 self._air.ahead(view.background.planet, view.camera.name)
                 self._air.before(view.background.planet)
-        # The first skies before the planet: they are read back, and would wait for it.
-        for tile in view.tiles[:1]:
-            with self.timer.measure("probe"):
-                self._draw_skies([view.sky for view in tile.spacecraft])
         fine = target if view.field is None else self._target("field", view.field.fine, _BANDS)
+        area = 0, 0, *fine.size
+        # The first skies before the planet: they are read back, and would wait for it. While they
+        # are drawn, this thread works out what it draws of the planet.
+        first = [one.sky for tile in view.tiles[:1] for one in tile.spacecraft]
+        with self.timer.measure("probe"):
+            under_way = self._begin_skies(first)
+        with self.timer.measure("planet"):
+            planned = self._planet.planned(view.background, fine.framebuffer, area, hidden)
+        with self.timer.measure("probe"):
+            self._add_skies(under_way)
         if view.background.celestial is not None:
             with self.timer.measure("celestial"):
                 self._celestial(view.background.celestial, fine)
         with self.timer.measure("planet"):
-            area = 0, 0, *fine.size
-            self._planet.draw(view.background, fine.framebuffer, area, hidden)
+            self._planet.draw(planned)
             begin_draws(self._ctx)
         if view.field is not None:
             with self.timer.measure("warp"):
                 self._warp.mean(view.field, fine.textures[0], target.framebuffer)
 
-    def _draw_skies(self, views: Iterable[SkyView | None]) -> None:
-        """Draw and read back the skies that the probes lack; these integrate them meanwhile."""
-        for view in self._probes.missing(tuple(views)):
-            self._probes.add(view, self.skies.sky(view))
+    def _begin_skies(
+        self, views: Iterable[SkyView | None]
+    ) -> list[tuple[SkyView, Callable[[], SkyRadiance]]]:
+        """Begin to draw the skies that the probes lack."""
+        missing = self._probes.missing(tuple(views))
+        return [(view, self.skies.begin(view, place)) for place, view in enumerate(missing)]
+
+    def _add_skies(self, under_way: list[tuple[SkyView, Callable[[], SkyRadiance]]]) -> None:
+        """Read back what was begun; other threads integrate it meanwhile."""
+        for view, drawn in under_way:
+            self._probes.add(view, drawn())
 
     def infrared_sky(self, view: SkyView, surroundings: InfraredSurroundings) -> Array32:
         """What a spacecraft has around it, as ``ThermalRenderer`` gives it."""
@@ -323,7 +335,7 @@ class Renderer:
         near = (one for view in views if view.near is not None for one in view.near.spacecraft)
         looks = [*(view.sky for view in views), *(one.sky for one in near)]
         with self.timer.measure("probe"):
-            self._draw_skies(looks)
+            self._add_skies(self._begin_skies(looks))
             probes = self._probes.of(looks)
         with self.timer.measure("shadow"):
             shadow_maps = self._shadow.cast([view.shadow for view in views])

@@ -129,9 +129,12 @@ def main(
         planet = PlanetPass(ctx, air)
         target = ImageTarget(ctx, SIZE, (Format("f4", 4),))
         area = 0, 0, *SIZE
+
+        def draw_earth(view: Background) -> None:
+            planet.draw(planet.planned(view, target.framebuffer, area, None))
+
         draws: dict[str, Callable[[], None]] = {
-            name: partial(planet.draw, view, target.framebuffer, area, None)
-            for name, view in _backgrounds().items()
+            name: partial(draw_earth, view) for name, view in _backgrounds().items()
         }
         for name in ("constant", "sphere"):
             draws[f"empty pass: {name}"] = _Empty(ctx, f"{name}.frag", target, area).draw

@@ -14,13 +14,16 @@ from simgl.scene.posed_mesh import PosedMesh, rigid_groups
 # How far behind a triangle's plane a place may lie and yet count as before it, as a part of their
 # distance: where corners are rounded to 1/256 of a texel, a triangle seen on its edge may turn.
 _GRAZING = 1e-3
+# Triangles whose distances are one product: for more, BLAS may wake its threads, which keep a core
+# busy for as long as a frame takes.
+_AT_ONCE = 1 << 15
 # Bits of each coordinate in a place on the curve.
 _BITS = 10
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Facets:
-    """The triangles of one rigid group, neighbours close to each other.
+    """Triangles of one rigid group, neighbours close to each other.
 
     group : index of its motion
     numbers : (k,) of the triangles in the mesh
@@ -60,13 +63,15 @@ def _facets(mesh: Mesh, joints: tuple[Joint, ...]) -> tuple[_Facets, ...]:
     for group in rigid_groups(mesh, joints):
         corners = mesh.positions[mesh.triangles[group.triangles]].astype(np.float64)
         order = _along_a_curve(corners.mean(axis=1))
-        facets.append(
-            _Facets(
-                group=group.index,
-                numbers=group.triangles[order].astype(np.uint32),
-                planes=_planes(corners[order]),
+        for start in range(0, len(order), _AT_ONCE):
+            some = order[start : start + _AT_ONCE]
+            facets.append(
+                _Facets(
+                    group=group.index,
+                    numbers=group.triangles[some].astype(np.uint32),
+                    planes=_planes(corners[some]),
+                )
             )
-        )
     return tuple(facets)
 
 

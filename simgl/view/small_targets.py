@@ -32,6 +32,9 @@ _MIN_AREA = 1e-6
 _TURNS = np.arange(16) * (np.pi / 8.0)
 _DIRECTIONS = np.stack([np.cos(_TURNS), np.sin(_TURNS)], axis=-1)
 _MANY = 200
+# Points of a product: for more, BLAS may wake its threads, which keep a core busy for as long as a
+# frame takes.
+_AT_ONCE = 1 << 13
 # Larger spacecraft fill most of the pixels that they touch.
 _LARGEST = 4.0
 # At so many times its radius, float32 places a spacecraft to 1 % of its radius in depth.
@@ -64,17 +67,32 @@ def in_pixels(points: Array, camera: Camera) -> Array:
     return np.stack([x * scale + across, y * scale + down]).T
 
 
+def _parts(outline: Array) -> list[Array]:
+    """Points (n, 2) in parts that a product takes at once."""
+    return [outline[start : start + _AT_ONCE] for start in range(0, len(outline), _AT_ONCE)]
+
+
+def _farthest(outline: Array) -> Array:
+    """The corners of the polygon of the points (n, 2) farthest out along directions."""
+    while True:
+        parts = _parts(outline)
+        outline = np.concatenate([p[np.argmax(_DIRECTIONS @ p.T, axis=1)] for p in parts])
+        if len(parts) == 1:
+            return outline
+
+
 def _outer(outline: Array) -> Array:
     """The corners of the polygon of the points (n, 2) farthest out along directions, and those that
     are not within it.
 
     They have the same convex hull.
     """
-    farthest = outline[np.argmax(_DIRECTIONS @ outline.T, axis=1)]
+    farthest = _farthest(outline)
     along = np.roll(farthest, -1, axis=0) - farthest
     inwards = np.stack([-along[:, 1], along[:, 0]], axis=1)
-    outside = inwards @ outline.T < np.sum(inwards * farthest, axis=1)[:, None]
-    beyond = outline[outside.any(axis=0)]
+    limits = np.sum(inwards * farthest, axis=1)[:, None]
+    outside = [(inwards @ part.T < limits).any(axis=0) for part in _parts(outline)]
+    beyond = outline[np.concatenate(outside)]
     return np.concatenate([farthest, _without_dents(beyond, farthest.mean(axis=0))])
 
 

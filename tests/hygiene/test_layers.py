@@ -82,6 +82,7 @@ SHARED_PASSES = {
     "simgl.passes.background.air_tables",
     "simgl.passes.background.cloud_map",
     "simgl.passes.background.discs",
+    "simgl.passes.background.earth_draws",
     "simgl.passes.background.earth_maps",
     "simgl.passes.background.earth_textures",
     "simgl.passes.background.lit_earth",

@@ -104,7 +104,8 @@ class Window:
             focal_length=1.0, principal_point=(0.0, 0.0), stars=None, sun=None, moon=None
         )
         seen = replace(background(state, camera), celestial=drawn if beyond else None)
-        self.planet.draw(seen, target.framebuffer, (0, 0, *target.size), None)
+        area = 0, 0, *target.size
+        self.planet.draw(self.planet.planned(seen, target.framebuffer, area, None))
 
     def ray(self, earth: Earth, place: Array, view: Array, sun: Array) -> Array:
         """(4,) radiance factor in one direction."""

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import moderngl
 
-from simgl.arrays import Array32
+from simgl.arrays import Array32, Mask
+from simgl.gpu.fullscreen import Texture
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.uniform_blocks import UniformBuffer
+from simgl.passes.background.tile_kinds import TileDraws
 from simgl.view.background import Background, Moonlight, PlanetView
+from simgl.view.background_tiles import BackgroundTiles, GroundTiles
 from simgl.view.image_box import Box
 
 # Pixels larger than this [m] resolve nothing of the chart.
@@ -53,3 +57,48 @@ class LitEarth:
     def by_moon(self, moon: Moonlight, state: State, block: UniformBuffer) -> LitEarth:
         """The same in moonlight."""
         return replace(self, planet=self.planet.in_moonlight(moon), state=state, block=block)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PlannedLight:
+    """What is drawn of the Earth in one light.
+
+    tiles : that it covers
+    lamps : whether cities shine
+    textures : that it reads, besides the air's
+    covered : (images, rows, columns) tiles of which each pixel is drawn
+    magnified : the maps' texels are larger than pixels, and they are read without mipmaps
+    """
+
+    lit: LitEarth
+    tiles: BackgroundTiles
+    lamps: bool
+    textures: Sequence[Texture]
+    covered: Mask
+    magnified: bool
+    draws: TileDraws
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PlannedEarth:
+    """Images of the Earth, before they are drawn.
+
+    ground : in any light
+    """
+
+    ground: GroundTiles
+    sunlit: PlannedLight
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PlannedImage:
+    """A background, before it is drawn.
+
+    area : x, y, width, height of the target's rectangle [pixels]
+    earth : None where none is seen
+    """
+
+    background: Background
+    target: moderngl.Framebuffer
+    area: Box
+    earth: PlannedEarth | None

@@ -6,9 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import moderngl
-import numpy as np
 
-from simgl.arrays import IndexArray, Mask
+from simgl.arrays import Mask
 from simgl.gpu.context import is_software
 from simgl.gpu.fullscreen import Texture
 from simgl.gpu.pipeline_state import SRC1_COLOR, State
@@ -18,6 +17,7 @@ from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.passes.background.air import AIR_SAMPLERS, AirBefore, AtmospherePass
 from simgl.passes.background.air_march import AIR_VIEW
 from simgl.passes.background.air_tables import AIR
+from simgl.passes.background.earth_draws import earth_draws
 from simgl.passes.background.earth_textures import (
     BAND_SAMPLERS,
     CHARTS,
@@ -25,7 +25,12 @@ from simgl.passes.background.earth_textures import (
     EarthTextures,
     Weather,
 )
-from simgl.passes.background.lit_earth import LitEarth
+from simgl.passes.background.lit_earth import (
+    LitEarth,
+    PlannedEarth,
+    PlannedImage,
+    PlannedLight,
+)
 from simgl.passes.background.planet_blocks import (
     AURORA,
     GROUND_BANDS,
@@ -50,20 +55,15 @@ from simgl.passes.background.tile_kinds import (
     DARK,
     DUSK,
     TileDraws,
-    halvings,
-    kinds_at_corners,
-    lights_and_seasons,
     moonlit_below,
 )
 from simgl.physics.air_profile import AIR_TOP
 from simgl.physics.spectrum import BANDS
 from simgl.progress import ProgressCallback
 from simgl.scene.earth import Earth
-from simgl.scene.noise_projection import LEVELS, TEXEL_KM
+from simgl.scene.noise_projection import LEVELS
 from simgl.view.background import Background, PlanetView, SkyView
 from simgl.view.background_tiles import (
-    MERGED,
-    TILE,
     BackgroundTiles,
     GroundTiles,
     ground_tiles,
@@ -73,12 +73,6 @@ from simgl.view.image_box import Box
 # An image whose pixels are shorter than the maps' texels by this factor where it looks straight
 # down needs no mipmaps, which cost software renderers more than all the rest.
 _MAGNIFIED = 0.5
-# Variants that find light and place at the corners of tiles; the others are cheap or rare.
-_EVEN = tuple(
-    (*bands, "EARTH_MAPS", *far, "AIR") for bands in ((), ("BANDS",)) for far in ((), ("FAR",))
-)
-# Where a large tile spans less of an angle, it finds glint, 0.2 rad wide, at its corners.
-_SPANNED_ANGLE = 0.03
 
 
 class PlanetPass:
@@ -116,24 +110,33 @@ class PlanetPass:
         self._textures.read_maps(self._maps_filter(magnified=False))
         return weather
 
-    def draw(
+    def planned(
         self, background: Background, target: moderngl.Framebuffer, area: Box, hidden: Mask | None
-    ) -> None:
+    ) -> PlannedImage:
+        """What ``draw`` takes, worked out by this thread while something else may be drawn.
+
+        area : x, y, width, height of a rectangle of the target [pixels]
+        hidden : (rows, columns) of its tiles in which nothing of this is seen, if there are any;
+            what they hold then is undefined
+        """
+        earth = None
+        if background.planet is not None:
+            lit = self._sunlit(background, [background.planet], target, [area])
+            earth = self._planned(lit, hidden)
+        return PlannedImage(background=background, target=target, area=area, earth=earth)
+
+    def draw(self, planned: PlannedImage) -> None:
         """Fill a rectangle with the Earth [W m-2 sr-1].
 
         Where the view has celestial bodies, the target holds them already; they stay as far as
         they are seen past the Earth.
-
-        area : x, y, width, height [pixels]
-        hidden : (rows, columns) of its tiles in which nothing of this is seen, if there are any;
-            what they hold then is undefined
         """
-        if background.planet is not None:
-            self._draw_earths(self._sunlit(background, [background.planet], target, [area]), hidden)
+        if planned.earth is not None:
+            self._draw_earths(planned.earth)
             return
-        self._over(background).apply(self._ctx, target, area, area)
-        if background.celestial is None:
-            target.clear(0.0, 0.0, 0.0, 0.0, viewport=area)
+        self._over(planned.background).apply(self._ctx, planned.target, planned.area, planned.area)
+        if planned.background.celestial is None:
+            planned.target.clear(0.0, 0.0, 0.0, 0.0, viewport=planned.area)
 
     def draw_sky(self, sky: SkyView, target: moderngl.Framebuffer) -> None:
         """Fill squares one below another with what the faces of a sky show [W m-2 sr-1].
@@ -152,7 +155,8 @@ class PlanetPass:
             planets = [planet for row in rows if (planet := sky.faces[row].planet) is not None]
             if planets:
                 areas = [(0, row * sky.texels, edge, edge) for row in rows]
-                self._draw_earths(self._sunlit(sky.faces[rows[0]], planets, target, areas))
+                sunlit = self._sunlit(sky.faces[rows[0]], planets, target, areas)
+                self._draw_earths(self._planned(sunlit))
 
     def _over(self, background: Background) -> State:
         return self.state if background.celestial is None else self.before
@@ -181,16 +185,19 @@ class PlanetPass:
         intrinsics, size = lit.background.intrinsics, lit.areas[0][2:]
         return ground_tiles(lit.planet, lit.turns, intrinsics, size, cells, noise=not lit.far)
 
-    def _draw_earths(self, sunlit: LitEarth, hidden: Mask | None = None) -> None:
-        """Images in sunlight and, where it is night, moonlight.
-
-        hidden : tiles of which nothing is seen in any of them
-        """
-        planet, ground = sunlit.planet, self._ground(sunlit)
-        tiles = ground.in_light_of(planet.sun_direction_itrf)
+    def _planned(self, sunlit: LitEarth, hidden: Mask | None = None) -> PlannedEarth:
+        """hidden : tiles of which nothing is seen in any of the images"""
+        ground = self._ground(sunlit)
+        tiles = ground.in_light_of(sunlit.planet.sun_direction_itrf)
         if hidden is not None:
             tiles = tiles.within(~hidden)
-        self._draw_lit(sunlit, tiles)
+        return PlannedEarth(ground=ground, sunlit=self._planned_light(sunlit, tiles, lamps=True))
+
+    def _draw_earths(self, planned: PlannedEarth) -> None:
+        """Images in sunlight and, where it is night, moonlight."""
+        sunlit, tiles = planned.sunlit.lit, planned.sunlit.tiles
+        planet = sunlit.planet
+        self._draw_lit(planned.sunlit)
         dark = tiles.any & (tiles.low < DARK)
         if planet.earth.airglow and dark.any():
             self._draw_glow(tiles.within(dark), sunlit)
@@ -201,37 +208,67 @@ class PlanetPass:
         moonlit = None
         if planet.moonlight is not None and night.any():
             moonlit = sunlit.by_moon(planet.moonlight, self.more, self._moon_block)
-            by_moon = ground.in_light_of(moonlit.planet.sun_direction_itrf)
-            self._draw_lit(moonlit, by_moon, night)
+            by_moon = planned.ground.in_light_of(moonlit.planet.sun_direction_itrf)
+            by_moon = by_moon.within(night & (by_moon.high > DARK))
+            if by_moon.any.any():
+                self._draw_lit(self._planned_light(moonlit, by_moon, lamps=False))
         if below:
             self._draw_ceiling(tiles, replace(sunlit, state=self.before))
             if moonlit is not None:
                 self._draw_ceiling(tiles.within(night), moonlit)
 
-    def _draw_lit(self, lit: LitEarth, tiles: BackgroundTiles, night: Mask | None = None) -> None:
+    def _planned_light(self, lit: LitEarth, tiles: BackgroundTiles, *, lamps: bool) -> PlannedLight:
         """The Earth in one light.
 
         tiles : that it covers
-        night : those to draw, without the lamps of cities; None for all tiles, with them
+        lamps : whether cities shine
         """
-        if night is not None:
-            tiles = tiles.within(night & (tiles.high > DARK))
-            if not tiles.any.any():
-                return
         textures: Sequence[Texture] = self._textures.of(lit.planet.earth) if lit.mapped else ()
         air = self._air.before(lit.planet)
-        self._begin(lit, lit.state)
-        self._bind(lit, textures, air, lamps=night is None)
-        covered = tiles.any if air is not None else tiles.even | tiles.finer | tiles.ground
-        if lit.state is self.state and not covered.all():
-            for area in lit.areas:
-                lit.target.clear(0.0, 0.0, 0.0, 0.0, viewport=area)
-        dark = tiles.low < (DUSK if lit.mapped and night is None else -1.0)
+        dark = tiles.low < (DUSK if lit.mapped and lamps else -1.0)
         # On a CPU maps whose texels are larger than pixels, where they are not seen at a slant, are
         # read without mipmaps.
         magnified = lit.mapped and not self._hardware and lit.nadir_pixel < _MAGNIFIED * MAP_TEXEL_M
         variant = variant_of(lit.planet, air, far=lit.far)
-        self._draw_tiles(lit, tiles, dark, variant, textures, magnified=magnified)
+        return PlannedLight(
+            lit=lit,
+            tiles=tiles,
+            lamps=lamps,
+            textures=textures,
+            covered=tiles.any if air is not None else tiles.even | tiles.finer | tiles.ground,
+            magnified=magnified,
+            draws=earth_draws(
+                lit, tiles, dark, variant, magnified=magnified, hardware=self._hardware
+            ),
+        )
+
+    def _draw_lit(self, planned: PlannedLight) -> None:
+        lit, textures = planned.lit, planned.textures
+        # Bound again: a sky may have been drawn since.
+        air = self._air.before(lit.planet)
+        self._begin(lit, lit.state)
+        self._bind(lit, textures, air, lamps=planned.lamps)
+        if lit.state is self.state and not planned.covered.all():
+            for area in lit.areas:
+                lit.target.clear(0.0, 0.0, 0.0, 0.0, viewport=area)
+        maps_filter = self._maps_filter(planned.magnified or not self._hardware)
+
+        def read_step(step: int | None) -> None:
+            """Read this halving of the maps and of noise, or all of them."""
+            if step is None:
+                self._textures.read_maps(self._maps_filter(planned.magnified))
+                for unit, texture in enumerate(textures):
+                    texture.use(unit)
+                return
+            of_maps, of_noise = divmod(step, LEVELS)
+            self._textures.read_maps(maps_filter)
+            for unit, halved in enumerate(self._textures.maps_with(of_maps)):
+                halved.use(unit)
+            if not lit.far:
+                for unit, chart in enumerate(self._textures.charts_with(of_noise)):
+                    chart.use(SAMPLERS.index(CHARTS[0]) + unit)
+
+        self._draw_faces(lit, planned.draws, read_step)
 
     def _begin(self, lit: LitEarth, state: State) -> None:
         """Tiles of every image lie inside its own area."""
@@ -266,65 +303,6 @@ class PlanetPass:
                 texture.use(unit)
         if air is not None and air.pairs is not None:
             air.pairs.use(PAIRS_UNIT)
-
-    def _draw_tiles(
-        self,
-        lit: LitEarth,
-        tiles: BackgroundTiles,
-        dark: Mask,
-        variant: tuple[str, ...],
-        textures: Sequence[Texture],
-        *,
-        magnified: bool,
-    ) -> None:
-        """Every tile with the cheapest program that serves it.
-
-        dark : tiles with lamps and the airglow's light
-        magnified : the maps' texels are larger than pixels
-        """
-        draws, ground = TileDraws(), tiles.ground
-        if variant in _EVEN:
-            # Whether large tiles span small angles.
-            narrow = _SPANNED_ANGLE * float(lit.background.intrinsics[0, 0]) > MERGED * TILE
-            at_corners = ("SEA_AT_CORNERS",) if narrow else ()
-            kinds, which = kinds_at_corners(tiles, dark)
-            steps = self._steps(tiles.known, noise=not lit.far, maps=not magnified)
-            defines = [("EVEN", *kind, *at_corners, *variant) for kind in kinds]
-            draws.add_even("planet/tiles", tiles, defines, which + len(kinds) * steps)
-        else:
-            ground = ground | tiles.even | tiles.finer
-        for kind, mask in lights_and_seasons(ground, dark, tiles):
-            draws.add("planet/planet", mask, (*kind, *variant))
-        if "AIR" in variant:
-            draws.add("planet/air", tiles.air, variant)
-        maps_filter = self._maps_filter(magnified or not self._hardware)
-
-        def read_step(step: int | None) -> None:
-            """Read this halving of the maps and of noise, or all of them."""
-            if step is None:
-                self._textures.read_maps(self._maps_filter(magnified))
-                for unit, texture in enumerate(textures):
-                    texture.use(unit)
-                return
-            of_maps, of_noise = divmod(step, LEVELS)
-            self._textures.read_maps(maps_filter)
-            for unit, halved in enumerate(self._textures.maps_with(of_maps)):
-                halved.use(unit)
-            if not lit.far:
-                for unit, chart in enumerate(self._textures.charts_with(of_noise)):
-                    chart.use(SAMPLERS.index(CHARTS[0]) + unit)
-
-        self._draw_faces(lit, draws, read_step)
-
-    def _steps(self, known: GroundTiles, *, noise: bool, maps: bool) -> IndexArray:
-        """By how much the noise, and LEVELS times by how much the maps are halved for each even or
-        finer tile; a GPU chooses for itself among those of the maps."""
-        steps = np.zeros(known.pixel.shape, dtype=np.int64)
-        if noise:
-            steps += halvings(known.noise_pixel, 1e3 * TEXEL_KM)
-        if maps and not self._hardware:
-            steps += LEVELS * halvings(known.pixel, MAP_TEXEL_M)
-        return steps
 
     def _draw_faces(
         self,
