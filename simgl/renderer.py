@@ -151,8 +151,6 @@ class Renderer:
         to_trace = self._transports.to_trace(models, joint_light)
         with side_work(partial(self._transports.prepare, models, joint_light), progress):
             if earth is not None:
-                begin_stage(progress, "tables of the air")
-                self._air.prepare(earth, progress)
                 self._planet.prepare(earth, progress)
                 self._probes.prepare()
             if to_trace and meanwhile is not None:

@@ -6,6 +6,8 @@ pattern that does not repeat in practice.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 import scipy
 from numpy.typing import NDArray
@@ -22,6 +24,7 @@ _GROUND_SEED = 20260320
 SLOPE_RANGE = 4.0
 
 
+@lru_cache(maxsize=1)
 def noise_volume(seed: int) -> Image8:
     """What ``make_volume`` returns, made once on a machine."""
     made_by = (__name__, "numpy", "scipy")
