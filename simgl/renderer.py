@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from functools import partial
 
 import moderngl
 
@@ -149,7 +148,13 @@ class Renderer:
         """
         models = tuple(models)
         to_trace = self._transports.to_trace(models, joint_light)
-        with side_work(partial(self._transports.prepare, models, joint_light), progress):
+
+        def light(steps: ProgressCallback) -> None:
+            self._transports.prepare(models, joint_light, steps)
+            if to_trace:
+                self._interreflection.prepare(models, joint_light)
+
+        with side_work(light, progress):
             if earth is not None:
                 self._planet.prepare(earth, progress)
                 self._probes.prepare()

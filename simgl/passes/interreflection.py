@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass
 from functools import partial
@@ -93,6 +93,13 @@ class InterreflectionPass:
         # What later frames need: tasks that wait until this one has its light, and those begun.
         self._next: list[Callable[[], None]] = []
         self._ahead: list[Future[None]] = []
+
+    def prepare(self, models: Iterable[SpacecraftModel], joint_light: JointLight) -> None:
+        """Make what the first image needs of models that are traced. In any thread."""
+        for model in models:
+            transport = self._transports.of(model, joint_light)
+            if transport is not None:
+                self.light.prepare(model, transport)
 
     def begin(self, spacecraft: Sequence[SpacecraftView], joint_light: JointLight) -> None:
         """Start what ``draw`` needs besides the skies, in another thread."""

@@ -221,7 +221,7 @@ def cast(
             buried=number == 0,
         )
 
-    parts = in_turn(traced, np.arange(len(points.origins)), tick)
+    parts = in_turn(traced, np.arange(len(points.origins)), rays, tick)
     sky_rays = np.zeros((len(rounded), SKY_CELLS), dtype=np.float32)
     np.add.at(sky_rays, (np.arange(len(rounded))[:, None], cells), 1.0)
     return GatherRays(

@@ -2,31 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
 from simgl.arrays import IndexArray
 
-# Points of a part: some hundredths of a second of Embree, in arrays that memory which was used for
-# the part before has room for. What is new to a process has to be cleared for it.
-_AT_ONCE = 512
+# Rays of a part: some hundredths of a second of Embree. Its arrays find room in what the part before
+# has left; memory that is new to a process has to be cleared for it.
+_AT_ONCE = 1 << 18
 
 _Result = TypeVar("_Result")
 
 
 def in_turn(
-    work: Callable[[IndexArray], _Result], points: IndexArray, tick: Callable[[int], None]
+    work: Callable[[IndexArray], _Result],
+    points: IndexArray,
+    rays: int,
+    tick: Callable[[int], None] = lambda _: None,
 ) -> list[_Result]:
     """What the work returns for each part of some points, in order.
 
     numpy and Embree mostly release Python's lock.
 
+    rays : of each point
     tick : gets how many points are done
     """
-    parts: Sequence[IndexArray] = [
-        points[i : i + _AT_ONCE] for i in range(0, len(points), _AT_ONCE)
-    ]
+    each = max(_AT_ONCE // max(rays, 1), 1)
+    parts = [points[i : i + each] for i in range(0, len(points), each)]
     results, done = [], 0
     with ThreadPoolExecutor(max_workers=2) as threads:
         try:

@@ -89,7 +89,7 @@ def cells_seen(
         return _Part(shares, cell[first], places[first], side[first], near)
 
     rows = np.flatnonzero(chosen)
-    parts = in_turn(counted, rows, tick)
+    parts = in_turn(counted, rows, rays, tick)
     return _together(parts, rows, (len(chosen), index.count)), buried
 
 
