@@ -8,8 +8,8 @@ from typing import TypeVar
 
 from simgl.arrays import IndexArray
 
-# Rays of a part: some hundredths of a second of Embree. Its arrays find room in what the part before
-# has left; memory that is new to a process has to be cleared for it.
+# Rays of a part: some hundredths of a second of Embree. Arrays of this size find room in what those
+# of the part before have left; memory that is new to a process has to be cleared for it.
 _AT_ONCE = 1 << 18
 
 _Result = TypeVar("_Result")
