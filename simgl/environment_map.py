@@ -311,8 +311,13 @@ def _made_irradiance_operator(n: int) -> _IrradianceOperator:
     (point, above), (cut_point, cut_block), width = _halves(normals)
     texels = weighted[np.argsort(block, kind="stable")].reshape(6 * _BLOCKS**2, -1, 3)
     block_flux = texels.sum(axis=1)
-    heights = np.einsum("kc,ktc->kt", normals[cut_point], texels[cut_block])
-    share = np.maximum(heights, 0.0).sum(axis=1) / np.sum(block_flux[cut_block] ** 2, axis=1)
+    share = np.empty(len(cut_point))
+    # In parts: what lies between fits a core's cache.
+    for start in range(0, len(share), _CUTS_AT_ONCE):
+        part = slice(start, start + _CUTS_AT_ONCE)
+        heights = np.einsum("kc,ktc->kt", normals[cut_point[part]], texels[cut_block[part]])
+        np.maximum(heights, 0.0).sum(axis=1, out=share[part])
+    share /= np.sum(block_flux[cut_block] ** 2, axis=1)
     return _IrradianceOperator(
         normals=normals.astype(np.float32),
         vectors=vectors.tocsc(),
@@ -321,6 +326,9 @@ def _made_irradiance_operator(n: int) -> _IrradianceOperator:
         cut=float_matrix(cut_point, cut_block, share, (len(normals), len(block_flux))).tocsc(),
     )
 
+
+# Blocks that a plane cuts, of 256 texels at most.
+_CUTS_AT_ONCE = 64
 
 Pairs = tuple[IndexArray, IndexArray]
 

@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 
+from simgl.camera.pixel_ramp import pixel_ramps
+from simgl.camera_pipeline import CameraPipeline
 from simgl.errors import SimglError
 from simgl.progress import ProgressCallback
 from simgl.renderer import Renderer
 from simgl.scenario.scenario import Scenario
+from simgl.scene.state import SceneState
 from simgl.view.frame_view import FrameView, frame_view
 
 
 def prepare_first_image(
-    renderer: Renderer, scenario: Scenario, progress: ProgressCallback | None
+    renderer: Renderer,
+    pipeline: CameraPipeline,
+    scenario: Scenario,
+    progress: ProgressCallback | None,
 ) -> None:
     """Make what no frame should wait for.
 
@@ -20,30 +27,34 @@ def prepare_first_image(
     an image that nobody sees is drawn meanwhile, so that the shaders of the first one are compiled.
     """
     models = scenario.models_at_epoch() if scenario.inter_reflection else ()
-    unseen = partial(_draw_unseen, renderer, scenario)
+    unseen = partial(_draw_unseen, renderer, pipeline, scenario)
     renderer.prepare(models, scenario.earth, scenario.joint_light, progress, unseen)
 
 
-def _draw_unseen(renderer: Renderer, scenario: Scenario) -> None:
-    view = _first_view(renderer, scenario)
-    if view is not None:
-        renderer.radiance(view)
-
-
-def _first_view(renderer: Renderer, scenario: Scenario) -> FrameView | None:
-    """What the first camera for visible light sees at the epoch, without what rays find."""
+def _draw_unseen(renderer: Renderer, pipeline: CameraPipeline, scenario: Scenario) -> None:
+    """What the first camera for visible light sees at the epoch, dark where light is traced."""
     visible = (name for name, camera in scenario.cameras.items() if camera.thermal is None)
     camera = next(visible, None)
     if camera is None:
-        return None
+        return
+    state = scenario.at(scenario.epoch_tai_ns)
     try:
-        return frame_view(
-            scenario.at(scenario.epoch_tai_ns),
-            camera,
-            sample_budget=renderer.sample_budget,
-            samples_per_pixel=scenario.samples_per_pixel,
-            inter_reflection=False,
-        )
+        view = _dark_view(renderer, scenario, state, camera)
     except SimglError:
         # Whoever asks for that image is told.
-        return None
+        return
+    radiance = renderer.radiance(replace(view, ramps=pixel_ramps(view.camera)))
+    photons = state.sun.photons_per_joule
+    electrons = pipeline.electrons_through(view.camera, photons, radiance)
+    pipeline.digital(view.camera, state.tai_ns, scenario.seed, electrons)
+
+
+def _dark_view(renderer: Renderer, scenario: Scenario, state: SceneState, camera: str) -> FrameView:
+    return frame_view(
+        state,
+        camera,
+        sample_budget=renderer.sample_budget,
+        samples_per_pixel=scenario.samples_per_pixel,
+        gather="dark",
+        joint_light=scenario.joint_light,
+    )

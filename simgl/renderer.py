@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from functools import partial
 
 import moderngl
 
@@ -149,10 +148,14 @@ class Renderer:
         """
         models = tuple(models)
         to_trace = self._transports.to_trace(models, joint_light)
-        with side_work(partial(self._transports.prepare, models, joint_light), progress):
+
+        def light(steps: ProgressCallback) -> None:
+            self._transports.prepare(models, joint_light, steps)
+            if to_trace:
+                self._interreflection.prepare(models, joint_light)
+
+        with side_work(light, progress):
             if earth is not None:
-                begin_stage(progress, "tables of the air")
-                self._air.prepare(earth, progress)
                 self._planet.prepare(earth, progress)
                 self._probes.prepare()
             if to_trace and meanwhile is not None:
@@ -162,7 +165,7 @@ class Renderer:
     def radiance(self, view: FrameView) -> ImageTarget:
         """Radiance per band [W m-2 sr-1], RGBA32F; valid until the next call at this size."""
         target = self._target(f"radiance {view.ramps}", view.camera, _BANDS)
-        if view.gather != "pixel":
+        if view.gather == "vertex":
             tiles = (tile for seen in view.pinholes for tile in seen.tiles)
             self._interreflection.begin([s for t in tiles for s in t.spacecraft], view.joint_light)
         if not view.hides_much:
@@ -353,7 +356,9 @@ class Renderer:
             vertex_lightings: Sequence[VertexLighting | None] = [None] * len(views)
             bodies: Sequence[tuple[LitBody, ...]] = [()] * len(views)
             by_rays = frame.gather == "pixel"
-            if not by_rays:
+            if frame.gather == "dark":
+                vertex_lightings = self._interreflection.dark(views, frame.joint_light)
+            elif not by_rays:
                 vertex_lightings = self._interreflection.draw(views, sky_around, frame.joint_light)
             if by_rays or frame.glossy_reflections:
                 skies = [sky_around(view.sky) for view in views]

@@ -110,7 +110,7 @@ class Simulator(AbstractContextManager["Simulator"]):
                     self._check_size(camera)
                 self._camera_pipeline = CameraPipeline(self._ctx, self._renderer.timer)
                 release.callback(self._camera_pipeline.release)
-                prepare_first_image(self._renderer, scenario, progress)
+                prepare_first_image(self._renderer, self._camera_pipeline, scenario, progress)
                 release.pop_all()
             undo.pop_all()
         self.skies = SpacecraftSkies(self._renderer, self._ctx)

@@ -13,6 +13,7 @@ from simgl.gpu.pipeline_state import State
 from simgl.gpu.program import load_program
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.screen_shader import ScreenShader
+from simgl.gpu.triangles import Triangles
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
 
 
@@ -31,7 +32,7 @@ class Screen:
             samplers=shader.samplers,
             defines={"AT_DEPTH": shader.depth} | dict(shader.defines),
         )
-        self._array = ctx.vertex_array(self._program, [])
+        self._triangle = Triangles(ctx, self._program)
 
     def draw(
         self,
@@ -50,12 +51,12 @@ class Screen:
         """
         assert depths is None
         state.apply(self._ctx, target, area, area)
-        self._array.render(moderngl.TRIANGLES, vertices=3, first=3 * opposite)
+        self._triangle.draw(3, first=3 * opposite)
         begin_draws(self._ctx)
 
     def release(self) -> None:
         """Free everything."""
-        self._array.release()
+        self._triangle.release()
         self._program.release()
 
 
@@ -97,7 +98,7 @@ class FullscreenProgram:
             samplers=samplers,
             defines=defines if isinstance(defines, Mapping) else dict.fromkeys(defines, 1),
         )
-        self._array = ctx.vertex_array(self._program, [])
+        self._triangle = Triangles(ctx, self._program)
         self._block = UniformBuffer(ctx, block)
 
     def draw(self, values: Mapping[str, Any], textures: Sequence[Texture]) -> None:
@@ -106,10 +107,10 @@ class FullscreenProgram:
         self._block.bind()
         for unit, texture in enumerate(textures):
             texture.use(unit)
-        self._array.render(moderngl.TRIANGLES, vertices=3)
+        self._triangle.draw(3)
 
     def release(self) -> None:
         """Free everything."""
-        self._array.release()
+        self._triangle.release()
         self._block.release()
         self._program.release()

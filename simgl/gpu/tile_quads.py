@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from simgl.arrays import IndexArray
 from simgl.gpu.program import load_program
 from simgl.gpu.release import all_or_nothing
+from simgl.gpu.triangles import Triangles
 from simgl.gpu.uniform_blocks import Block
 
 # Edge of the largest tiles [pixels]; those of the next sizes have half of it, a quarter and so on.
@@ -84,13 +85,13 @@ class TileQuads:
             samplers=samplers,
             defines=dict.fromkeys(defines, 1) | corners,
         )
-        self._array = ctx.vertex_array(self._program, [], index_buffer=faces.buffer)
+        self._triangles = Triangles(ctx, self._program, faces.buffer)
 
     def draw(self, first: int, count: int) -> None:
         """So many faces, from one of them on."""
-        self._array.render(moderngl.TRIANGLES, vertices=6 * count, first=6 * first)
+        self._triangles.draw(6 * count, first=6 * first)
 
     def release(self) -> None:
         """Free everything."""
-        self._array.release()
+        self._triangles.release()
         self._program.release()

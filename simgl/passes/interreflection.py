@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass
 from functools import partial
@@ -26,6 +26,7 @@ from simgl.radiosity.patch_light import BesidesSky, PatchLight
 from simgl.radiosity.posed_transport import PosedTransport
 from simgl.radiosity.solver import earth_share, vertex_irradiance
 from simgl.radiosity.transport_store import JointLight, TransportStore, lit_mesh
+from simgl.scene.mesh import Mesh
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.view.background import SkyView
 from simgl.view.near_spacecraft import NearGroup, NearSpacecraft
@@ -93,6 +94,13 @@ class InterreflectionPass:
         self._next: list[Callable[[], None]] = []
         self._ahead: list[Future[None]] = []
 
+    def prepare(self, models: Iterable[SpacecraftModel], joint_light: JointLight) -> None:
+        """Make what the first image needs of models that are traced. In any thread."""
+        for model in models:
+            transport = self._transports.of(model, joint_light)
+            if transport is not None:
+                self.light.prepare(model, transport)
+
     def begin(self, spacecraft: Sequence[SpacecraftView], joint_light: JointLight) -> None:
         """Start what ``draw`` needs besides the skies, in another thread."""
         while self._ahead:
@@ -146,6 +154,27 @@ class InterreflectionPass:
             if joint_light == "quick" and one.incident_light is not None and one.model.joints:
                 self._next.append(partial(self._next_poses.make_ahead, one.instance, one.model))
         return lightings
+
+    def dark(
+        self, spacecraft: Sequence[SpacecraftView], joint_light: JointLight
+    ) -> list[VertexLighting | None]:
+        """In place of ``draw``: lightings without light, where surfaces see each other.
+
+        Programs are compiled with them while that light is traced.
+        """
+        return [self._dark_lighting(one, joint_light) for one in spacecraft]
+
+    def _dark_lighting(self, one: SpacecraftView, joint_light: JointLight) -> VertexLighting | None:
+        model, light = one.model, one.incident_light
+        if light is None or not self._transports.exchanges(model):
+            return None
+        posed, sides = model.posed_mesh, 2 if model.open_sheets else 1
+        texels = sides * len(posed.mesh.positions) * _VALUES // 4
+        values, grids = self._table((one.instance, "vertices"), texels), None
+        if light.sun_irradiance.any() and not self._transports.is_posed(model, joint_light):
+            none = self._no_grids(posed.mesh)
+            grids = GridLight(of_triangle=none, rows=none, light=values)
+        return VertexLighting(mesh=posed, light=values, defines=_defines(sides, grids), grids=grids)
 
     def complete(self) -> None:
         """Write the values of the last call of ``draw``, as soon as they are made."""
@@ -275,7 +304,6 @@ class InterreflectionPass:
         self, spacecraft: SpacecraftView, light: IncidentLight, transport: LightTransport
     ) -> VertexLighting:
         """With tables that are yet to be filled."""
-        defines = ("INTERREFLECTION", "TWO_SIDED") if transport.sides == 2 else ("INTERREFLECTION",)
         grids = None
         if transport.grids is not None and _in_sunlight(light, transport):
             of_triangle, row_of_node = self._places_of_grids(transport, transport.grids)
@@ -284,12 +312,11 @@ class InterreflectionPass:
                 rows=row_of_node,
                 light=self._table((spacecraft.instance, "grids"), transport.grids.rows),
             )
-            defines = (*defines, "LIGHT_GRIDS")
         count = transport.gather_point_of_vertex.size
         return VertexLighting(
             mesh=lit_mesh(spacecraft.model, transport),
             light=self._table((spacecraft.instance, "vertices"), count * _VALUES // 4),
-            defines=defines,
+            defines=_defines(transport.sides, grids),
             grids=grids,
         )
 
@@ -323,6 +350,15 @@ class InterreflectionPass:
             self._grids.get((key, "rows"), rows, 4 * grids.row_of_node.size),
         )
 
+    def _no_grids(self, mesh: Mesh) -> moderngl.Texture:
+        """One texel for each triangle, 0."""
+        count = len(mesh.triangles)
+        return self._grids.get(
+            (mesh.digest, "none"),
+            lambda: table(self._ctx, np.zeros((count, 1), dtype=np.uint32)),
+            4 * count,
+        )
+
     def release(self) -> None:
         """Free everything."""
         for one in self._tables.values():
@@ -337,6 +373,12 @@ class InterreflectionPass:
 def _in_sunlight(light: IncidentLight, transport: LightTransport) -> bool:
     """Whether vertices get the Sun's light as it was solved beforehand."""
     return not isinstance(transport, PosedTransport) and bool(light.sun_irradiance.any())
+
+
+def _defines(sides: int, grids: GridLight | None) -> tuple[str, ...]:
+    """What a program needs that reads a lighting."""
+    two_sided = ("TWO_SIDED",) if sides == 2 else ()
+    return ("INTERREFLECTION", *two_sided, *(() if grids is None else ("LIGHT_GRIDS",)))
 
 
 def _texels(irradiance: Array32, share: Array32) -> Array32:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
@@ -16,6 +17,7 @@ from simgl.radiosity.hemisphere import (
     rounded_normals,
     sky_cell,
 )
+from simgl.radiosity.in_turn import in_turn
 from simgl.radiosity.remesh import position_ids
 from simgl.rays import RayTracer
 from simgl.scene.mesh import Mesh
@@ -31,7 +33,6 @@ GAP = 0.005
 # A gather point's rays start in turn at so many places.
 PLACES = 8
 
-_POINTS_AT_ONCE = 4096
 # Rays into the open for each that meets a surface, in a mean over both.
 _FREE = 4
 
@@ -69,6 +70,16 @@ class GatherRays:
     occluded: sparse.csr_matrix
     sky_rays: Array32
     sky_rays_row: IndexArray
+    buried: Mask
+
+
+class _Part(NamedTuple):
+    """Of some gather points, as of ``GatherRays``, but ``hit_share`` in rays."""
+
+    hit_share: Array
+    nearness: Array32
+    hits: sparse.csr_matrix
+    occluded: sparse.csr_matrix
     buried: Mask
 
 
@@ -175,53 +186,52 @@ def cast(
     faces = face_normals(mesh)[0].astype(np.float32)
     rounded, sky_rays_row = rounded_normals(points.normals)
     # float64: a few directions are on the edges of cells.
-    cells = sky_cell(_turned(rounded, pattern)).astype(np.int32)
+    cells = sky_cell(_turned(rounded, pattern))
     frame, pattern = frames(rounded).astype(np.float32), pattern.astype(np.float32)
-    count, columns = len(points.origins), len(mesh.triangles)
-    hit_share, nearness = np.zeros(count), np.zeros(count, dtype=np.float32)
-    buried, gap = np.zeros(count, dtype=np.bool_), GAP * mesh.radius
-    rows, targets, skies = [], [], []
-    to_body, before_sky = [], []
-    for start in range(0, count, _POINTS_AT_ONCE):
-        stop = min(start + _POINTS_AT_ONCE, count)
-        turn = np.swapaxes(frame[sky_rays_row[start:stop]], 1, 2)
-        directions = np.matmul(pattern[None], turn).reshape(-1, 3)
+    columns, gap = len(mesh.triangles), GAP * mesh.radius
+
+    def traced(part: IndexArray) -> _Part:
+        count, row = len(part), sky_rays_row[part]
+        directions = np.matmul(pattern[None], np.swapaxes(frame[row], 1, 2)).reshape(-1, 3)
         # Ray i starts at place i modulo their number: each has its own part of the sunflower.
-        origins = np.tile(points.origins[start:stop].astype(np.float32), (1, rays // PLACES, 1))
+        origins = np.tile(points.origins[part].astype(np.float32), (1, rays // PLACES, 1))
         triangle, distance = tracer.hits(origins.reshape(-1, 3), directions)
         met = np.flatnonzero(triangle >= 0)
-        triangle = triangle[met].astype(np.int64)
-        towards = faces.take(triangle, axis=0), directions.take(met, axis=0)
+        side = triangle[met].astype(np.int64)
+        towards = faces.take(side, axis=0), directions.take(met, axis=0)
         behind = np.einsum("ij,ij->i", *towards) > 0.0
         # Rays of a place inside another part count for nothing; the others stand for them.
-        place = met // rays * PLACES + met % PLACES
-        inside = np.bincount(place[behind], minlength=(stop - start) * PLACES)
+        point: IndexArray = met // rays
+        ray = met % rays
+        place = point * PLACES + ray % PLACES
+        inside = np.bincount(place[behind], minlength=count * PLACES)
         usable = (inside <= BURIED * rays / PLACES) | (sides == 2)
         number = usable.reshape(-1, PLACES).sum(axis=1)
-        buried[start:stop] = number == 0
-        share = np.where(usable, np.repeat(PLACES / np.maximum(number, 1), PLACES), 0.0)[place]
-        point = start + met // rays
-        reach = distance[met].astype(np.float64)
-        hit_share += np.bincount(point, share * reach / (reach + gap), minlength=count)
-        nearness[start:stop] = mean_nearness(met // rays, reach + gap, stop - start, rays)
-        triangle += columns * (behind & (sides == 2))
-        rows.append(point)
-        targets.append(triangle)
-        skies.append(cells[sky_rays_row[point], met % rays])
-        to_body.append(np.where(behind & (sides == 1), 0.0, share))
-        before_sky.append(share)
-        tick(stop)
-    row = np.concatenate(rows)
+        each = np.where(usable, np.repeat(PLACES / np.maximum(number, 1), PLACES), 0.0)
+        share: Array = each[place]
+        reach: Array = distance[met].astype(np.float64)
+        to_body = np.where(behind & (sides == 1), 0.0, share)
+        side += columns * (behind & (sides == 2))
+        near = np.bincount(point, share * reach / (reach + gap), minlength=count)
+        return _Part(
+            hit_share=np.asarray(near, dtype=np.float64),
+            nearness=mean_nearness(point, reach + gap, count, rays),
+            hits=_sums(point, side, to_body, (count, columns * sides)),
+            occluded=_sums(point, cells[row[point], ray], share, (count, SKY_CELLS)),
+            buried=number == 0,
+        )
+
+    parts = in_turn(traced, np.arange(len(points.origins)), rays, tick)
     sky_rays = np.zeros((len(rounded), SKY_CELLS), dtype=np.float32)
     np.add.at(sky_rays, (np.arange(len(rounded))[:, None], cells), 1.0)
     return GatherRays(
-        hit_share=hit_share / rays,
-        nearness=nearness,
-        hits=_sums(row, np.concatenate(targets), to_body, (count, columns * sides)),
-        occluded=_sums(row, np.concatenate(skies), before_sky, (count, SKY_CELLS)),
+        hit_share=np.concatenate([part.hit_share for part in parts]) / rays,
+        nearness=np.concatenate([part.nearness for part in parts]),
+        hits=sparse.vstack([part.hits for part in parts], format="csr"),
+        occluded=sparse.vstack([part.occluded for part in parts], format="csr"),
         sky_rays=sky_rays,
         sky_rays_row=sky_rays_row,
-        buried=buried,
+        buried=np.concatenate([part.buried for part in parts]),
     )
 
 
@@ -244,12 +254,11 @@ def _turned(normals: Array, pattern: Array) -> Array:
 
 
 def _sums(
-    rows: IndexArray, columns: IndexArray, values: list[Array], shape: tuple[int, int]
+    rows: IndexArray, columns: IndexArray, values: Array, shape: tuple[int, int]
 ) -> sparse.csr_matrix:
     """The values of each (row, column) together, as float32, without zeros; rows ascend."""
-    data = np.concatenate(values).astype(np.float32)
     ends = np.append(0, np.cumsum(np.bincount(rows, minlength=shape[0])))
-    sums = sparse.csr_matrix((data, columns, ends), shape=shape)
+    sums = sparse.csr_matrix((values.astype(np.float32), columns, ends), shape=shape)
     sums.sum_duplicates()
     sums.eliminate_zeros()
     return sums

@@ -9,6 +9,7 @@ import numpy as np
 from simgl.arrays import Array, IndexArray, Mask
 from simgl.radiosity.gather_points import BURIED, LIFT, PLACES, GatherPoints, face_normals
 from simgl.radiosity.hemisphere import cosine_directions, frames
+from simgl.radiosity.in_turn import in_turn
 from simgl.rays import RayTracer
 from simgl.scene.mesh import Mesh
 
@@ -68,24 +69,30 @@ def inside_others(mesh: Mesh, tracer: RayTracer, points: Array, normals: Array) 
     behind."""
     faces = face_normals(mesh)[0].astype(np.float32)
     pattern = cosine_directions(_LOOKS).astype(np.float32)
-    turns = np.swapaxes(frames(normals), 1, 2).astype(np.float32)
-    points = points.astype(np.float32)
-    behind = np.zeros(len(points), dtype=np.int64)
-    open_ = np.arange(len(points))
     # Most are decided before all rays are traced: so many behind, or too few left to be so many.
     enough = int(BURIED * _LOOKS) + 1
-    start = 0
-    for stop in (enough, _LOOKS - enough + 1, _LOOKS):
-        some = pattern[start:stop]
-        rays = np.matmul(some[None], turns[open_]).reshape(-1, 3)
-        triangle, _ = tracer.hits(np.repeat(points[open_], len(some), axis=0), rays)
-        met = np.flatnonzero(triangle >= 0)
-        from_behind = np.einsum("ij,ij->i", faces[triangle[met]], rays[met]) > 0.0
-        behind[open_] += np.bincount(met[from_behind] // len(some), minlength=len(open_))
-        left, so_far = _LOOKS - stop, behind[open_]
-        open_ = open_[(so_far < enough) & (so_far + left >= enough)]
-        start = stop
-    return behind >= enough
+
+    def of_part(part: IndexArray) -> Mask:
+        turns = np.swapaxes(frames(normals[part]), 1, 2).astype(np.float32)
+        places = points[part].astype(np.float32)
+        behind = np.zeros(len(part), dtype=np.int64)
+        open_ = np.arange(len(part))
+        start = 0
+        for stop in (enough, _LOOKS - enough + 1, _LOOKS):
+            some = pattern[start:stop]
+            rays = np.matmul(some[None], turns[open_]).reshape(-1, 3)
+            triangle, _ = tracer.hits(np.repeat(places[open_], len(some), axis=0), rays)
+            met = np.flatnonzero(triangle >= 0)
+            from_behind = np.einsum("ij,ij->i", faces[triangle[met]], rays[met]) > 0.0
+            behind[open_] += np.bincount(met[from_behind] // len(some), minlength=len(open_))
+            left, so_far = _LOOKS - stop, behind[open_]
+            open_ = open_[(so_far < enough) & (so_far + left >= enough)]
+            start = stop
+        return behind >= enough
+
+    if len(points) == 0:
+        return np.zeros(0, dtype=np.bool_)
+    return np.concatenate(in_turn(of_part, np.arange(len(points)), _LOOKS))
 
 
 def _places(mesh: Mesh, chosen: IndexArray, each: int) -> tuple[IndexArray, Array]:

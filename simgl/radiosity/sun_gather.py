@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -19,13 +18,10 @@ from simgl.radiosity.gather_points import (
     mean_nearness,
 )
 from simgl.radiosity.hemisphere import cosine_directions, frames, spins
+from simgl.radiosity.in_turn import in_turn
 from simgl.radiosity.patch_cells import CellIndex, SeenCells
 from simgl.rays import RayTracer
 from simgl.scene.mesh import Mesh
-
-# Gather points whose rays are traced together: a tenth of a second of Embree, which goes on while
-# another thread holds Python's lock in OpenGL.
-_AT_ONCE = 1024
 
 
 class _Part(NamedTuple):
@@ -93,9 +89,8 @@ def cells_seen(
         return _Part(shares, cell[first], places[first], side[first], near)
 
     rows = np.flatnonzero(chosen)
-    parts = [rows[i : i + _AT_ONCE] for i in range(0, len(rows), _AT_ONCE)]
-    parts_seen = list(_in_turn(counted, parts, tick))
-    return _together(parts_seen, rows, (len(chosen), index.count)), buried
+    parts = in_turn(counted, rows, rays, tick)
+    return _together(parts, rows, (len(chosen), index.count)), buried
 
 
 def _together(parts: list[_Part], rows: IndexArray, shape: tuple[int, int]) -> SeenCells:
@@ -137,21 +132,3 @@ def _shares(ray: IndexArray, behind: Mask, points: int, rays: int) -> tuple[Arra
     share: Array32 = np.where(usable, each, 0.0).astype(np.float32)[place]
     share[behind] = 0.0
     return share, number == 0
-
-
-def _in_turn(
-    counted: Callable[[IndexArray], _Part],
-    parts: list[IndexArray],
-    tick: Callable[[int], None],
-) -> Iterator[_Part]:
-    """The results in order, two at a time: numpy and Embree mostly release Python's lock."""
-    done = 0
-    with ThreadPoolExecutor(max_workers=2) as threads:
-        try:
-            for part, result in zip(parts, threads.map(counted, parts), strict=True):
-                done += len(part)
-                tick(done)
-                yield result
-        finally:
-            # Where nobody wants the rest.
-            threads.shutdown(wait=False, cancel_futures=True)

@@ -79,7 +79,7 @@ class TransportStore:
         """
         coarse = _coarse(model, joint_light)
         posed, open_sheets = coarse.posed_mesh, model.open_sheets
-        if joint_light == "quick" and posed.motion is not None:
+        if _by_pairs(coarse, joint_light):
             jointed = self._jointed_of(model, progress)
             return self._posed.get(
                 (posed.digest, open_sheets),
@@ -112,6 +112,15 @@ class TransportStore:
         """Whether ``prepare`` has to trace rays for any of these: no file has what it needs."""
         return any(_to_trace(model, joint_light) for model in models)
 
+    def exchanges(self, model: SpacecraftModel) -> bool:
+        """Whether any of a model's surfaces may see another, as far as can be told before it is
+        traced."""
+        return sees_itself(model.mesh, 2 if model.open_sheets else 1)
+
+    def is_posed(self, model: SpacecraftModel, joint_light: JointLight) -> bool:
+        """Whether ``of`` puts the transport of the model's pose together from pairs of groups."""
+        return _by_pairs(_coarse(model, joint_light), joint_light)
+
     def untraced_pairs(self, model: SpacecraftModel) -> int:
         """How many pairs of groups ``of`` would trace for quick light at the model's pose."""
         return self._jointed_of(model, None).untraced(_coarse_values(model))
@@ -143,6 +152,10 @@ def _coarse(model: SpacecraftModel, joint_light: JointLight) -> SpacecraftModel:
     that a scenario gives in whole steps, to the bit.
     """
     return model.coarsely_posed(STEPS[joint_light], near_stay=joint_light == "exact")
+
+
+def _by_pairs(coarse: SpacecraftModel, joint_light: JointLight) -> bool:
+    return joint_light == "quick" and coarse.posed_mesh.motion is not None
 
 
 def _to_trace(model: SpacecraftModel, joint_light: JointLight) -> bool:

@@ -127,8 +127,8 @@ def _octaves(
     cycles, amplitude = longest, 1.0
     while cycles <= SIZE / 4.0:
         band = np.exp(-(((octave_of - np.float32(np.log2(cycles))) / 0.5) ** 2))
-        white = np.fft.rfft2(rng.standard_normal((SIZE, SIZE), dtype=np.float32))
-        octave = _standard(np.fft.irfft2(white * band).astype(np.float32))
+        white = scipy.fft.rfft2(rng.standard_normal((SIZE, SIZE), dtype=np.float32))
+        octave = _standard(scipy.fft.irfft2(white * band).astype(np.float32))
         total += amplitude * (np.abs(octave) if folded and cycles > longest else octave)
         cycles, amplitude = 2.0 * cycles, weight * amplitude
     return total
@@ -140,8 +140,8 @@ def _slopes(rng: np.random.Generator) -> Array32:
     # Plains lie between hills.
     rugged = np.exp(0.15 * _standard(_octaves(rng, _CLOUDS, 0.7)))
     hills = _standard(_octaves(rng, _HILLS, _HILL_WEIGHT, folded=True))
-    heights = np.fft.rfft2(rugged * hills)
-    parts = [np.fft.irfft2(1j * axis * heights) for axis in (x, y)]
+    heights = scipy.fft.rfft2(rugged * hills)
+    parts = [scipy.fft.irfft2(1j * axis * heights) for axis in (x, y)]
     return _standard(np.stack(parts, axis=-1).astype(np.float32))
 
 
@@ -202,8 +202,8 @@ def _eddies(rng: np.random.Generator) -> Array32:
     stream = _coloured(rng, np.where((k < wide) | (k > short), 0.0, k**_STREAM_SLOPE))
     carried = _coloured(rng, np.where(k < _CARRIED, 0.0, k**_CARRIED_SLOPE))[::2, ::2]
     # Every second texel is enough.
-    waves = np.fft.rfft2(stream)
-    speeds = [np.fft.irfft2(1j * axis * waves)[::2, ::2] for axis in (x, -y)]
+    waves = scipy.fft.rfft2(stream)
+    speeds = [scipy.fft.irfft2(1j * axis * waves)[::2, ::2] for axis in (x, -y)]
     flow = [(speed / np.std(speeds)).astype(np.float32) for speed in speeds]
     # Where the water came from.
     places = np.mgrid[: SIZE // 2, : SIZE // 2].astype(np.float32)
@@ -219,8 +219,8 @@ def _at(field: Array32, places: Array32) -> Array32:
 
 def _coloured(rng: np.random.Generator, amplitude: Array32) -> Array32:
     """(n, n) a field of random waves of these amplitudes, its variance 1."""
-    white = np.fft.rfft2(rng.standard_normal((SIZE, SIZE), dtype=np.float32))
-    return _standard(np.fft.irfft2(white * amplitude).astype(np.float32))
+    white = scipy.fft.rfft2(rng.standard_normal((SIZE, SIZE), dtype=np.float32))
+    return _standard(scipy.fft.irfft2(white * amplitude).astype(np.float32))
 
 
 def _to_walls(rng: np.random.Generator, cells: int) -> Array32:

@@ -6,6 +6,8 @@ pattern that does not repeat in practice.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 import scipy
 from numpy.typing import NDArray
@@ -22,6 +24,7 @@ _GROUND_SEED = 20260320
 SLOPE_RANGE = 4.0
 
 
+@lru_cache(maxsize=1)
 def noise_volume(seed: int) -> Image8:
     """What ``make_volume`` returns, made once on a machine."""
     made_by = (__name__, "numpy", "scipy")
@@ -59,14 +62,14 @@ def _frequencies() -> tuple[Array32, Array32, Array32, Array32]:
 
 def _white(rng: np.random.Generator) -> NDArray[np.complex64]:
     noise = rng.standard_normal((SIZE, SIZE, SIZE), dtype=np.float32)
-    return np.fft.rfftn(noise).astype(np.complex64)
+    return scipy.fft.rfftn(noise).astype(np.complex64)
 
 
 def _slopes(rng: np.random.Generator) -> Array32:
     """(n, n, n, 3) gradient of heights; a third an octave, so that hills show above their grain."""
     x, y, z, _ = _frequencies()
-    heights = np.fft.rfftn(_folded_octaves(rng, 0.33))
-    parts = [np.fft.irfftn(1j * axis * heights) for axis in (x, y, z)]
+    heights = scipy.fft.rfftn(_folded_octaves(rng, 0.33))
+    parts = [scipy.fft.irfftn(1j * axis * heights) for axis in (x, y, z)]
     slopes = np.stack(parts, axis=-1).astype(np.float32)
     return slopes / np.float32(slopes.std())
 
@@ -79,7 +82,7 @@ def _folded_octaves(rng: np.random.Generator, weight: float) -> Array32:
     cycles, amplitude = _CYCLES[0], 1.0
     while cycles <= _CYCLES[1]:
         band = np.exp(-((np.log2(np.maximum(k, 0.1) / (1.3 * cycles)) / 0.45) ** 2))
-        octave = np.fft.irfftn(_white(rng) * band).astype(np.float32)
+        octave = scipy.fft.irfftn(_white(rng) * band).astype(np.float32)
         octave /= octave.std()
         total += amplitude * (octave if cycles == _CYCLES[0] else np.abs(octave))
         cycles, amplitude = 2.0 * cycles, weight * amplitude

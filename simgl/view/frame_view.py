@@ -27,7 +27,9 @@ from simgl.view.row_clock import RowClock, pose_motion
 from simgl.view.spacecraft_view import ShadowsOf, SpacecraftView, spacecraft_views
 from simgl.view.tile_parts import parts
 
-Gather = Literal["vertex", "pixel"]
+# Where light of other surfaces is worked out. Where it is still unknown, "dark" draws with the same
+# programs, as if there were none.
+Gather = Literal["vertex", "pixel", "dark"]
 
 # Larger tiles are lit in parts: a sample takes some 30 bytes while it is worked on.
 _SAMPLES_AT_ONCE = 10_000_000
@@ -120,7 +122,7 @@ def frame_view(
     samples_per_pixel : of geometry; more where spacecraft are small
     inter_reflection : light between the surfaces of a spacecraft, and the Earth hidden by them
     between_spacecraft : light from one to another, too
-    gather : that light at vertices, or by rays from every sample
+    gather : that light at vertices, or by rays from every sample, or none of it
     glossy_reflections : that light in the lobes of glossy surfaces by rays, not uniform
     joint_light : that light where joints have moved parts: pair by pair of rigid groups, or by a
         bake of each pose

@@ -242,17 +242,21 @@ def cell_sums(cells: Mask) -> IndexArray:
     return sums
 
 
-def ground_levels(maps: EarthMaps, bands: Bands = BANDS) -> list[MapLevels]:
-    """``land_map_in_bands``, ``form_map``, ``shore_map`` and ``lamp_map``."""
-    each: list[Callable[[], MapLevels]] = [
+def ground_makers(maps: EarthMaps, bands: Bands = BANDS) -> list[Callable[[], MapLevels]]:
+    """``land_map_in_bands``, ``form_map``, ``shore_map`` and ``lamp_map``, for threads: files are
+    read, checked and decoded without Python's lock."""
+    return [
         lambda: land_map_in_bands(maps.land, bands),
         form_map,
         lambda: shore_map(maps.water),
         lambda: lamp_map(maps.night),
     ]
-    # Files are read, checked and decoded without Python's lock.
+
+
+def ground_levels(maps: EarthMaps, bands: Bands = BANDS) -> list[MapLevels]:
+    """What ``ground_makers`` make."""
     with ThreadPoolExecutor(thread_name_prefix="simgl-map") as threads:
-        return list(threads.map(lambda one: one(), each))
+        return list(threads.map(lambda one: one(), ground_makers(maps, bands)))
 
 
 def ground_textures(

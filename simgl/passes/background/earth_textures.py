@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
@@ -19,6 +19,7 @@ from simgl.passes.background.earth_maps import (
     HEIGHT,
     cell_sums,
     ground_levels,
+    ground_makers,
     ground_textures,
     kind_map,
     over_cells,
@@ -37,6 +38,7 @@ from simgl.progress import ProgressCallback, begin_stage
 from simgl.scene.earth import Clouds, Earth, EarthMaps
 from simgl.scene.frost import frost_edges
 from simgl.scene.noise_projection import LEVELS, chart, has_chart
+from simgl.scene.noise_volume import noise_volume
 from simgl.view.background_tiles import MapCells
 
 # In the order of ``EarthTextures.of``.
@@ -155,21 +157,37 @@ class EarthTextures:
         chosen = tuple(textures[SAMPLERS.index(name)] for name in WEATHER)
         return Weather(textures=chosen, of_block=self.of_block)
 
-    def prepare(self, earth: Earth, progress: ProgressCallback | None = None) -> None:
+    def prepare(
+        self,
+        earth: Earth,
+        progress: ProgressCallback | None = None,
+        meanwhile: Callable[[], None] = lambda: None,
+    ) -> None:
         """Make what no earlier run has made, so that no frame waits for it.
 
         All else waits for a frame that shows it.
+
+        meanwhile : work of this thread that needs none of it
         """
         seed = earth.clouds.seed if earth.clouds else 0
         drawn = earth.clouds is None or has_weather(self._ctx, earth.clouds, earth.maps)
-        if not (drawn and has_chart(seed)):
+        if drawn and has_chart(seed):
+            meanwhile()
+            return
+        with ThreadPoolExecutor(thread_name_prefix="simgl-map") as threads:
+            # What takes longest begins first; all of it is work of the CPU.
+            charts = threads.submit(chart, seed)
+            makers = ground_makers(earth.maps, earth.bands)
+            if not drawn:
+                makers.append(lambda: (noise_volume(seed),))
+            needed = [threads.submit(maker) for maker in makers]
+            meanwhile()
             begin_stage(progress, "maps of the Earth")
-            with ThreadPoolExecutor(max_workers=1, thread_name_prefix="simgl-chart") as executor:
-                # Two fifths of the work, and all of it on the CPU.
-                noise = executor.submit(chart, seed)
-                self._make_maps(earth)
-                noise.result()
-            self.of(earth)
+            for one in needed:
+                one.result()
+            self._make_maps(earth)
+            charts.result()
+        self.of(earth)
 
     def charts_with(self, level: int) -> list[moderngl.Texture]:
         """The charts at a halving alone, for ``CHARTS`` in place of all of them."""

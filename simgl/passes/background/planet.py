@@ -59,7 +59,7 @@ from simgl.passes.background.tile_kinds import (
 )
 from simgl.physics.air_profile import AIR_TOP
 from simgl.physics.spectrum import BANDS
-from simgl.progress import ProgressCallback
+from simgl.progress import ProgressCallback, begin_stage
 from simgl.scene.earth import Earth
 from simgl.scene.noise_projection import LEVELS
 from simgl.view.background import Background, PlanetView, SkyView
@@ -98,9 +98,17 @@ class PlanetPass:
         self._hardware = not is_software(ctx)
 
     def prepare(self, earth: Earth, progress: ProgressCallback | None = None) -> None:
-        """Make what does not depend on a view, unless an earlier run has made it."""
+        """Make what of the Earth and its air does not depend on a view, unless an earlier run has
+        made it."""
+
+        def make_air() -> None:
+            begin_stage(progress, "tables of the air")
+            self._air.prepare(earth, progress)
+
         if earth.albedo is None:
-            self._textures.prepare(earth, progress)
+            self._textures.prepare(earth, progress, make_air)
+        else:
+            make_air()
 
     def weather(self, earth: Earth) -> Weather | None:
         """What an Earth's clouds are drawn from; None for an Earth of one albedo."""
