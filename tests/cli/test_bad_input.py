@@ -132,6 +132,29 @@ def test_a_scenario_without_a_camera(run: Run, scene: Path, out: Path) -> None:
     assert untouched(out)
 
 
+def test_options_of_a_trajectory_that_one_epoch_would_ignore(run: Run, scene: Path) -> None:
+    for options in (["--duration", "60", "--count", "3"], ["--workers", "2"], ["--by", "me"]):
+        message = refused(run, "assess", scene, *options)
+        assert message == "command line: --out is needed for a trajectory and its report"
+
+
+@pytest.mark.parametrize(
+    ("camera", "target", "option"), [("nab", "block", "--camera"), ("nav", "blok", "--target")]
+)
+def test_an_exposure_for_what_is_not_there_is_refused_before_it_is_drawn(
+    run: Run,
+    scene: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    camera: str,
+    target: str,
+    option: str,
+) -> None:
+    monkeypatch.setattr("simgl.simulator.Simulator.capture", None)
+    message = refused(run, "exposure", scene, "--camera", camera, "--target", target)
+    assert message.startswith(f"command line: {option} ")
+    assert "did you mean" in message
+
+
 def test_a_file_in_place_of_the_output_folder(run: Run, scene: Path, tmp_path: Path) -> None:
     file = tmp_path / "taken"
     file.write_text("mine")
@@ -158,6 +181,22 @@ def test_a_camera_inside_a_body(run: Run, scene: Path, out: Path) -> None:
         "(at 0.000, 0.250, 0.500 m in its axes)"
     )
     assert untouched(out)
+
+
+@pytest.mark.usefixtures("shared_context")
+def test_a_sequence_without_a_frame_leaves_no_folder_and_may_be_another_next_time(
+    run: Run, scene: Path, tmp_path: Path
+) -> None:
+    inside = SCENE.replace(PINHOLE, "position_icrf_m = [7000000.0, 0.25, 0.5]")
+    moved = "velocity_icrf_m_s = [0.0, 0.0, 1.0]\nmodel.box"
+    scene.write_text(inside.replace("model.box", moved))
+    out = tmp_path / "new" / "out"
+    for duration in (60, 40):
+        message = refused(
+            run, "sequence", scene, "--out", out, "--duration", duration, "--count", 2
+        )
+        assert 'position is inside the body of "block"' in message
+        assert not out.parent.exists()
 
 
 @pytest.mark.usefixtures("shared_context")
