@@ -17,8 +17,8 @@ def usage_line(error: Exception) -> str | None:
     format_message = getattr(error, "format_message", None)
     if format_message is None:
         return None
-    parameter = getattr(error, "param", None)
-    if parameter is not None and getattr(error, "message", ""):
+    parameter, message = getattr(error, "param", None), str(getattr(error, "message", ""))
+    if parameter is not None and message:
         return f"command line: {_of_value(error, parameter)}"
     problem = _sentence(format_message())
     return f"command line: {problem}{_hint(error)}" if problem else ""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import pytest
 
@@ -19,7 +20,7 @@ def test_an_exposure_time_below_zero_or_without_a_value(seconds: float) -> None:
     ("key", "value"),
     [("f_number", 0.0), ("f_number", float("nan")), ("focal_length", -0.01), ("aspect", 0.0)],
 )
-def test_a_lens(key: str, value: float) -> None:
+def test_a_lens(key: str, value: Any) -> None:
     with pytest.raises(ValueError, match=f"lens: {key} must be above 0, got"):
         replace(camera().lens, **{key: value})
 
@@ -36,6 +37,6 @@ def test_a_lens(key: str, value: float) -> None:
         ("read_noise", -1.0),
     ],
 )
-def test_a_detector(key: str, value: float) -> None:
+def test_a_detector(key: str, value: Any) -> None:
     with pytest.raises(ValueError, match=f"detector: {key} must .*, got"):
         replace(camera().detector, **{key: value})
