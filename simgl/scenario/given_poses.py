@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+import math
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -48,7 +49,7 @@ def _problem(pose: Pose) -> tuple[str, str] | None:
         if not isinstance(value, np.ndarray) or value.shape != shape:
             given = value.shape if isinstance(value, np.ndarray) else type(value).__name__
             return name, f"must be an array of shape {shape}, got {given}"
-        if not np.isfinite(value).all():
+        if not math.isfinite(value.sum()):
             return name, f"must be finite, got {value.tolist()}"
     if not _turns(pose.R_icrf_from_body):
         return "R_icrf_from_body", f"must be a rotation, got {pose.R_icrf_from_body.tolist()}"
@@ -56,5 +57,16 @@ def _problem(pose: Pose) -> tuple[str, str] | None:
 
 
 def _turns(R: Array) -> bool:
-    """Whether a matrix (3, 3) is a rotation: its rows are unit and right-handed."""
-    return bool(np.abs(R @ R.T - np.eye(3)).max() <= _SLACK and np.linalg.det(R) > 0.0)
+    """Whether a matrix (3, 3) is a rotation: its rows are unit, perpendicular and right-handed.
+
+    In Python's floats: a tenth of numpy's time for so few of them.
+    """
+    x, y, z = R.tolist()
+    lengths = max(abs(_dot(row, row) - 1.0) for row in (x, y, z))
+    angles = max(abs(_dot(x, y)), abs(_dot(y, z)), abs(_dot(z, x)))
+    across = (y[1] * z[2] - y[2] * z[1], y[2] * z[0] - y[0] * z[2], y[0] * z[1] - y[1] * z[0])
+    return max(lengths, angles) <= _SLACK and _dot(x, across) > 0.0
+
+
+def _dot(a: Sequence[float], b: Sequence[float]) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
