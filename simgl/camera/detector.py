@@ -17,7 +17,7 @@ _BOLTZMANN_EV = 8.617333262e-5  # [eV K-1] CODATA 2018
 REFERENCE_TEMPERATURE = 300.0  # [K] of stated dark currents
 
 # DN are uint16.
-MOST_BITS = 16
+MAX_BITS = 16
 
 
 def band_gap(temperature: float) -> float:
@@ -154,8 +154,8 @@ class Detector:
         for name in ("width", "height", "pixel_pitch", "full_well", "gain_dn_per_e"):
             if not getattr(self, name) > 0.0:
                 raise ValueError(f"detector: {name} must be above 0, got {getattr(self, name):g}")
-        if not 1 <= self.bits <= MOST_BITS:
-            raise ValueError(f"detector: bits must lie in 1..{MOST_BITS}, got {self.bits}")
+        if not 1 <= self.bits <= MAX_BITS:
+            raise ValueError(f"detector: bits must lie in 1..{MAX_BITS}, got {self.bits}")
         if not self.read_noise >= 0.0:
             raise ValueError(f"detector: read_noise must be 0 or more, got {self.read_noise:g}")
 
