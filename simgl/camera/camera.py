@@ -23,7 +23,7 @@ __all__ = ["Camera", "Detector", "Lens"]
 class Camera:
     """A named camera.
 
-    exposure_time : [s]
+    exposure_time : [s]; ValueError for one below 0 or without a finite value
     readout_time : from the end of exposure to the last row read [s]
     transport_latency : from the last row read to the image in flight software [s]
     lidar : flash LIDAR that uses the lens and the pixels; None for none
@@ -40,6 +40,11 @@ class Camera:
     lidar: Lidar | None = None
     event_sensor: EventSensor | None = None
     thermal: InfraredDetector | None = None
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.exposure_time < np.inf:
+            problem = f"exposure_time must be 0 s or more, got {self.exposure_time:g}"
+            raise ValueError(f'camera "{self.name}": {problem}')
 
     @property
     def focal_length_px(self) -> float:

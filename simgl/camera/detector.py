@@ -16,6 +16,9 @@ ORDERS = ("RGGB", "BGGR", "GRBG", "GBRG")
 _BOLTZMANN_EV = 8.617333262e-5  # [eV K-1] CODATA 2018
 REFERENCE_TEMPERATURE = 300.0  # [K] of stated dark currents
 
+# DN are uint16.
+MAX_BITS = 16
+
 
 def band_gap(temperature: float) -> float:
     """Band gap of silicon [eV]: 1.1557 - 7.021e-4 T^2 / (T + 1108), T in K (Varshni 1967)."""
@@ -146,6 +149,15 @@ class Detector:
     particles: Particles | None = None
     row_time: float = 0.0
     bands: Bands = BANDS
+
+    def __post_init__(self) -> None:
+        for name in ("width", "height", "pixel_pitch", "full_well", "gain_dn_per_e"):
+            if not getattr(self, name) > 0.0:
+                raise ValueError(f"detector: {name} must be above 0, got {getattr(self, name):g}")
+        if not 1 <= self.bits <= MAX_BITS:
+            raise ValueError(f"detector: bits must lie in 1..{MAX_BITS}, got {self.bits}")
+        if not self.read_noise >= 0.0:
+            raise ValueError(f"detector: read_noise must be 0 or more, got {self.read_noise:g}")
 
     @property
     def dark_current(self) -> float:

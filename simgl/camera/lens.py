@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 from typing import Literal
 
 from simgl.camera.projections import Projection
@@ -105,3 +106,9 @@ class Lens:
     aspect: float = 1.0
     skew: float = 0.0
     principal_offset: tuple[float, float] = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        for name in ("focal_length", "f_number", "aspect"):
+            value = getattr(self, name)
+            if not 0.0 < value < inf:
+                raise ValueError(f"lens: {name} must be above 0, got {value:g}")

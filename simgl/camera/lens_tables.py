@@ -61,8 +61,13 @@ def read_optics(table: OpticsTable, where: str, base: Base) -> dict[str, Any]:
     }
 
 
-def read_lidar(table: LidarTable | None, bands: Bands, where: str) -> Lidar | None:
-    """The LIDAR of a table; None without one."""
+def read_lidar(
+    table: LidarTable | None, bands: Bands, sun_temperature: float, where: str
+) -> Lidar | None:
+    """The LIDAR of a table; None without one.
+
+    sun_temperature : of the black body that stands for the Sun [K]
+    """
     if table is None:
         return None
     if band_of(np.array([table.wavelength_nm * 1e-9]), bands)[0] < 0:
@@ -80,6 +85,7 @@ def read_lidar(table: LidarTable | None, bands: Bands, where: str) -> Lidar | No
         range_noise=table.range_noise_m,
         threshold=table.threshold_e,
         bands=bands,
+        sun_temperature=sun_temperature,
     )
 
 

@@ -7,11 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from simgl.arrays import Array
-from simgl.physics.constants import LIGHT_SPEED, PLANCK
-from simgl.physics.spectrum import BANDS, Bands
+from simgl.physics.constants import LIGHT_SPEED, PLANCK, SOLAR_TEMPERATURE
+from simgl.physics.spectrum import BANDS, Bands, planck_radiance
 
 # Full width at half maximum of a Gaussian in standard deviations.
 _FWHM = 2.0 * np.sqrt(2.0 * np.log(2.0))
+
+# Of an integral over a spectrum: Planck's law over 300 nm to 1e-6, corners of filters to 1 nm.
+_STEPS = 300
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,6 +32,7 @@ class Lidar:
     range_noise : standard deviation of a range with ample signal [m]
     threshold : smallest signal that gives a range [e-]
     bands : that the scenario's light has
+    sun_temperature : of the black body that stands for the Sun [K]
     """
 
     wavelength: float
@@ -42,6 +46,7 @@ class Lidar:
     range_noise: float
     threshold: float
     bands: Bands = BANDS
+    sun_temperature: float = SOLAR_TEMPERATURE
 
     @property
     def band(self) -> int:
@@ -57,9 +62,23 @@ class Lidar:
 
     @property
     def filter_share(self) -> float:
-        """Fraction of the band's width that the filter transmits."""
+        """Share of the sunlight in the band that the filter transmits.
+
+        It is the Sun's spectrum within the filter that counts, and not the filter's width: from
+        700 to 1000 nm sunlight falls by half.
+        """
         low, high = self.bands.edges[self.band]
-        return min(self.filter_width / (high - low), 1.0)
+        half = 0.5 * self.filter_width
+        first, last = max(self.wavelength - half, low), min(self.wavelength + half, high)
+        passed = self._sunlight(first, last)
+        return passed / self._sunlight(low, high)
+
+    def _sunlight(self, first: float, last: float) -> float:
+        """Sunlight between two wavelengths [m], in any unit."""
+        edges = np.linspace(first, last, _STEPS + 1)
+        middles = 0.5 * (edges[1:] + edges[:-1])
+        light = planck_radiance(middles, self.sun_temperature) * self.bands.transmission(middles)
+        return float(np.sum(light) * (last - first) / _STEPS)
 
 
 def detected(

@@ -100,7 +100,7 @@ def read_camera(
         exposure_time=table.exposure_time_s if thermal is None else thermal.exposure_time,
         readout_time=table.readout_time_s,
         transport_latency=table.transport_latency_s,
-        lidar=read_lidar(table.lidar, bands, where),
+        lidar=read_lidar(table.lidar, bands, sun_temperature, where),
         event_sensor=read_event_sensor(where, table.event_sensor, detector),
         thermal=thermal,
     )

@@ -19,6 +19,7 @@ from simgl.commands.events_command import events
 from simgl.commands.record_command import record
 from simgl.commands.ros2_command import ros2
 from simgl.commands.thermal_command import thermal
+from simgl.commands.usage_line import usage_line
 from simgl.errors import SimglError
 
 app = typer.Typer(
@@ -71,18 +72,26 @@ def _version(
 def run() -> None:
     """Run the command that the arguments of this process name.
 
-    A SimglError, or a file that fails, becomes one line on stderr and exit status 2.
+    A SimglError, a file that fails or a word that no command knows becomes one line on stderr and
+    exit status 2.
     """
     _silence_libraries()
     try:
         _load_further_commands()
-        app(prog_name="simgl")
+        sys.exit(app(prog_name="simgl", standalone_mode=False))
     except SimglError as error:
         print(f"simgl: {error}", file=sys.stderr)
         sys.exit(2)
     except OSError as error:
         # Of a file that no user names, such as a temporary one.
         print(f"simgl: {error.filename or 'system'}: {error.strerror or error}", file=sys.stderr)
+        sys.exit(2)
+    except Exception as error:
+        line = usage_line(error)
+        if line is None:
+            raise
+        if line:
+            print(f"simgl: {line}", file=sys.stderr)
         sys.exit(2)
 
 

@@ -69,6 +69,8 @@ def assess(
             raise ConfigError(COMMAND_LINE, "--sweep", "is at one epoch: --at, and no span")
         _sweep(load(scenario), camera, target, at, sweep, workers, out, json)
     elif out is None:
+        if epochs != EpochOptions() or workers != WorkerOptions() or by is not None:
+            raise ConfigError(COMMAND_LINE, "--out", "is needed for a trajectory and its report")
         _one_epoch(load(scenario), camera, target, at, json)
     elif at is not None:
         raise ConfigError(COMMAND_LINE, "--at", "is one epoch; --out is for a trajectory")

@@ -78,9 +78,11 @@ def resumable(folder: Path, total: int, rows: str) -> None:
     from simgl.sequence.journal import rows_written
 
     def describe() -> str:
+        written = rows_written(folder)
+        if written == 0:
+            return f"none of {total} {rows} was complete"
         return (
-            f"{rows_written(folder)} of {total} {rows} are kept in {folder}, "
-            "the same command goes on from there"
+            f"{written} of {total} {rows} are kept in {folder}, the same command goes on from there"
         )
 
     interruption.set_result_so_far(describe)

@@ -183,10 +183,13 @@ def exposure(
     Example: simgl exposure examples/approach.toml --camera navcam --target target
     """
     from simgl.assess.exposure_advice import advice_document, advice_text, advise
+    from simgl.assess.trajectory_assessment import assignment
     from simgl.sequence.epochs import epoch_at
     from simgl.simulator import Product
 
     loaded = load(scenario)
+    # Names are looked up before anything is drawn.
+    assignment(loaded, camera, target, [])
     state = loaded.at(epoch_at(loaded, at))
     with opened(loaded) as simulator, activity(f"drawing {camera}"):
         capture = simulator.capture(state, camera, {Product.ELECTRONS, Product.TRUTH})

@@ -109,9 +109,9 @@ def _too_deep(where: str) -> ConfigError:
 
 
 def plain(value: Any) -> Any:
-    """The value with numpy scalars and arrays as Python numbers and lists."""
+    """The value with numpy scalars and arrays as Python numbers and lists, and keys as texts."""
     if isinstance(value, dict):
-        return {key: plain(inner) for key, inner in value.items()}
+        return {str(key): plain(inner) for key, inner in value.items()}
     if isinstance(value, list | tuple):
         return [plain(inner) for inner in value]
     return value.tolist() if isinstance(value, np.generic | np.ndarray) else value

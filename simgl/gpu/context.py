@@ -216,8 +216,10 @@ def current(ctx: moderngl.Context) -> Iterator[moderngl.Context]:
 
     It may be nested, and contexts of several threads and window systems may take turns.
 
-    Raises ContextError where the context is current on another thread.
+    Raises ContextError where the context is current on another thread, or is closed.
     """
+    if isinstance(ctx.mglo, moderngl.InvalidObject):
+        raise ContextError("the OpenGL context is closed", "open another one, or a new Simulator")
     if ctx not in _bindings:
         find_loaded()
     before = current_binding()

@@ -128,6 +128,8 @@ def _read_tables(
     where = str(source) if source else name
     check_depth(data, where)
     data = plain(data)
+    if not isinstance(data, dict):
+        raise ConfigError(where, "", f"must be a table of tables, got {shown(data)}")
     _check_tables(data, where)
     folder = source.parent if source else Path()
     base: Base = folder if root is None else SandboxedFolder(folder, root.resolve())

@@ -23,6 +23,7 @@ from simgl.physics.frames import Pose
 from simgl.physics.lunar_model import moon_from_icrf
 from simgl.physics.solar_disc import UNIFORM
 from simgl.physics.spectrum import BandLight, Bands
+from simgl.scenario.given_poses import check_given
 from simgl.scenario.requirements import Requirement
 from simgl.scenario.schema import UsabilityCriteria
 from simgl.scenario.uncertainty import Uncertainty
@@ -200,7 +201,13 @@ class Scenario:
             follow their laws
         sun : (3,) position of the Sun that replaces the scenario's, Earth-centred ICRF [m]; if the
             scenario gives the Sun by direction and irradiance, only the direction is used
+
+        Raises ConfigError for a name that is not the scenario's, and for a pose that is not finite
+        or turns nothing, such as a matrix that mirrors or scales.
         """
+        given = joint_angles or {}
+        with self._named_in_errors():
+            check_given(bodies, given, exposure_times or (), self.motions, self.cameras)
         cameras = dict(self.cameras)
         for name, seconds in (exposure_times or {}).items():
             cameras[name] = replace(cameras[name], exposure_time=seconds)
@@ -214,7 +221,6 @@ class Scenario:
         light = self._sun(tai_ns, sun)
         moon = moon_position(tai_ns) if isinstance(self.sun, EphemerisSun) else None
         states = {}
-        given = joint_angles or {}
         with self._named_in_errors():
             placed = poses(self.motions, tai_ns, bodies)
             for name, camera in cameras.items():

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from simgl.errors import ConfigError, OutputError
+from simgl.interruption import unfinished_files
 from simgl.output import complete_file
 from simgl.progress import ProgressCallback, silent
 from simgl.workers.frame_job import Executor, T
@@ -74,6 +75,8 @@ class Journal:
                 self._database.executemany(
                     "INSERT INTO plan VALUES (?, ?)", [(n, json.dumps(v)) for n, v in plan.items()]
                 )
+                # A run that ends before its first row leaves no folder that belongs to it.
+                unfinished_files.add(self.path)
                 return
         before = {name: json.loads(value) for name, value in stored.items()}
         for name in {**plan, **before}:
@@ -99,6 +102,7 @@ class Journal:
             self._database.execute(f"INSERT OR REPLACE INTO frames VALUES ({places})", values)
         except sqlite3.DatabaseError as error:
             raise OutputError(f"{self.path}: cannot be written ({error})") from None
+        unfinished_files.discard(self.path)
 
     def rows(self) -> Iterable[Row]:
         """All rows in order of their keys."""

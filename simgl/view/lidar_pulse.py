@@ -15,8 +15,9 @@ from simgl.view.lamp_views import lamp_view
 from simgl.view.raster_tiles import RasterTile
 from simgl.view.spacecraft_view import SpacecraftView
 
-# A beam falls to nothing over this angle around its cone [rad].
-_EDGE = np.radians(0.5)
+# A beam falls from all to nothing over this share of its half angle, about the edge of its cone: so
+# it has the cone's solid angle to 2e-5.
+_EDGE = 0.02
 # Of the aperture; nothing closer to it casts [m].
 _RADIUS = 0.01
 
@@ -26,7 +27,8 @@ def pulse_view(
 ) -> FrameView | None:
     """What a pulse lights, radiance in J m-2 sr-1; None where it meets no spacecraft."""
     energy = np.zeros(4)
-    energy[lidar.band] = lidar.pulse_energy
+    passed = lidar.bands.transmission(np.array([lidar.wavelength]))
+    energy[lidar.band] = lidar.pulse_energy * passed[0]
     R_icrf_from_camera = camera.R_camera_from_icrf.T
     emitter = Lamp(
         name="lidar",
@@ -35,8 +37,8 @@ def pulse_view(
         boresight_body=np.array([0.0, 0.0, 1.0]),
         look_at=None,
         power=energy,
-        half_angle=lidar.half_angle,
-        edge=_EDGE,
+        half_angle=(1.0 - 0.5 * _EDGE) * lidar.half_angle,
+        edge=_EDGE * lidar.half_angle,
         radius=_RADIUS,
     )
     place = LampState(

@@ -132,6 +132,29 @@ def test_a_scenario_without_a_camera(run: Run, scene: Path, out: Path) -> None:
     assert untouched(out)
 
 
+def test_options_of_a_trajectory_that_one_epoch_would_ignore(run: Run, scene: Path) -> None:
+    for options in (["--duration", "60", "--count", "3"], ["--workers", "2"], ["--by", "me"]):
+        message = refused(run, "assess", scene, *options)
+        assert message == "command line: --out is needed for a trajectory and its report"
+
+
+@pytest.mark.parametrize(
+    ("camera", "target", "option"), [("nab", "block", "--camera"), ("nav", "blok", "--target")]
+)
+def test_an_exposure_for_what_is_not_there_is_refused_before_it_is_drawn(
+    run: Run,
+    scene: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    camera: str,
+    target: str,
+    option: str,
+) -> None:
+    monkeypatch.setattr("simgl.simulator.Simulator.capture", None)
+    message = refused(run, "exposure", scene, "--camera", camera, "--target", target)
+    assert message.startswith(f"command line: {option} ")
+    assert "did you mean" in message
+
+
 def test_a_file_in_place_of_the_output_folder(run: Run, scene: Path, tmp_path: Path) -> None:
     file = tmp_path / "taken"
     file.write_text("mine")
@@ -161,6 +184,22 @@ def test_a_camera_inside_a_body(run: Run, scene: Path, out: Path) -> None:
 
 
 @pytest.mark.usefixtures("shared_context")
+def test_a_sequence_without_a_frame_leaves_no_folder_and_may_be_another_next_time(
+    run: Run, scene: Path, tmp_path: Path
+) -> None:
+    inside = SCENE.replace(PINHOLE, "position_icrf_m = [7000000.0, 0.25, 0.5]")
+    moved = "velocity_icrf_m_s = [0.0, 0.0, 1.0]\nmodel.box"
+    scene.write_text(inside.replace("model.box", moved))
+    out = tmp_path / "new" / "out"
+    for duration in (60, 40):
+        message = refused(
+            run, "sequence", scene, "--out", out, "--duration", duration, "--count", 2
+        )
+        assert 'position is inside the body of "block"' in message
+        assert not out.parent.exists()
+
+
+@pytest.mark.usefixtures("shared_context")
 def test_a_camera_below_the_ground(run: Run, scene: Path, out: Path) -> None:
     text = SCENE.replace('shape = "none"', 'shape = "sphere"\nradius_km = 6371.0\nalbedo = 0.3')
     scene.write_text(text.replace(PINHOLE, "position_icrf_m = [6.37e6, 0.0, 20.0]"))
@@ -170,22 +209,34 @@ def test_a_camera_below_the_ground(run: Run, scene: Path, out: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "mention"),
+    ("arguments", "mentions"),
     [
-        (["render"], "Missing argument"),
-        (["render", "scene.toml"], "Missing option '--out'"),
-        (["rendre"], "No such command 'rendre'"),
-        (["render", "scene.toml", "--out", "x", "--fps", "3"], "No such option: --fps"),
+        ("render", ["missing argument", "simgl render --help"]),
+        ("render scene.toml", ["missing option '--out'", "simgl render --help"]),
+        ("rendre", ["no such command 'rendre'", "simgl --help"]),
+        ("render scene.toml --out x --fps 3", ["no such option: --fps", "simgl render --help"]),
+        ("render scene.toml --out", ["'--out' requires an argument"]),
+        ("render scene.toml --out x --draw -1", ["--draw", "0", "4294967295", "-1"]),
+        ("render scene.toml --out x --draw few", ["--draw", "few"]),
+        ("bench --frames 2", ["--frames", "5", "2"]),
+        ("sequence scene.toml --out x --duration long", ["--duration", "long"]),
+        ("sequence scene.toml --out x --event noon", ["--event", "noon", "umbra_entry"]),
     ],
 )
-def test_a_wrong_command_is_explained_by_its_usage(
-    run: Run, arguments: list[str], mention: str
+def test_wrong_words_are_told_in_one_line_with_what_is_allowed(
+    run: Run, arguments: str, mentions: list[str]
 ) -> None:
-    code, stdout, stderr = run(*arguments)
+    message = refused(run, *arguments.split())
+    assert message.startswith("command line: ")
+    for mention in mentions:
+        assert mention in message
+
+
+def test_no_word_at_all_prints_the_help_alone(run: Run) -> None:
+    code, stdout, stderr = run()
     assert code == 2
-    assert stdout == ""
-    assert mention in stderr
-    assert "Traceback" not in stderr
+    assert "Usage: simgl" in stdout
+    assert stderr == ""
 
 
 @pytest.mark.parametrize("command", ["doctor", "render", "bench", "view", "camera test"])

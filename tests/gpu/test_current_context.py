@@ -11,7 +11,7 @@ from typing import Any
 import moderngl
 import pytest
 
-from simgl import Simulator
+from simgl import Product, Simulator
 from simgl.errors import ContextError
 from simgl.gpu.context import current, open_context, preserve_current, temporary_context
 from simgl.gpu.window_systems import current_binding
@@ -235,7 +235,7 @@ print("held")
 
 GLX = """
 import glfw, moderngl
-from simgl import Simulator
+from simgl import Product, Simulator
 from simgl.gpu.context import current
 from tests.gpu.test_current_context import SCENARIO, opened, works
 glfw.init()
@@ -284,3 +284,10 @@ def test_contexts_of_osmesa_keep_their_own_memory() -> None:
 @pytest.mark.display
 def test_contexts_of_windows_are_restored(display: str) -> None:
     assert holds(GLX, "env", f"DISPLAY={display}")
+
+
+def test_a_simulator_that_is_closed_says_so() -> None:
+    with Simulator(SCENARIO) as simulator:
+        state = SCENARIO.at(SCENARIO.epoch_tai_ns)
+    with pytest.raises(ContextError, match="the OpenGL context is closed; open another one"):
+        simulator.capture(state, "cam", {Product.RADIANCE})

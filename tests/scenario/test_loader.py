@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -377,3 +378,17 @@ def test_a_lamps_power_goes_to_the_bands(spectrum: dict[str, object], power: lis
     np.testing.assert_allclose(state.lamp.half_angle, np.pi / 6.0, rtol=1e-15)
     np.testing.assert_allclose(state.direction, [0.0, 0.0, 1.0], atol=1e-15)
     np.testing.assert_allclose(state.position, [7e6 + 0.176, 0.06, 0.0], atol=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("data", "problem"),
+    [
+        (None, "must be a table of tables, got None"),
+        ([1], "must be a table of tables, got "),
+        ({1: {}}, "1 is not a table here"),
+        ({"epoch": {"utc": "2026-03-20T12:00:00"}, "camera": {1: {2: 3}}}, "2 is not a key here"),
+    ],
+)
+def test_what_is_no_table_is_told_as_such(data: Any, problem: str) -> None:
+    with pytest.raises(ConfigError, match=problem):
+        scenario_from_dict(data)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from simgl import load_scenario, scenario_from_dict
+from simgl import ConfigError, load_scenario, scenario_from_dict
 from simgl.scene.state import SunAtPosition, SunInDirection
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -107,3 +107,43 @@ def test_a_sun_given_by_direction_takes_only_the_direction_of_a_sent_one() -> No
     assert isinstance(sun, SunInDirection)
     np.testing.assert_allclose(sun.direction_icrf, [0.0, -0.6, 0.8], rtol=1e-15)
     assert sun.light is scenario.sun.light
+
+
+def test_names_that_the_scenario_does_not_have_are_refused() -> None:
+    scenario = load_scenario(EXAMPLES / "approach.toml")
+    tai_ns = scenario.epoch_tai_ns
+    target = scenario.poses(tai_ns)["target"]
+    with pytest.raises(ConfigError, match='bodies has no "targt"; did you mean "target"'):
+        scenario.with_poses(tai_ns, {"targt": target})
+    with pytest.raises(ConfigError, match='joint_angles has no "targt"; did you mean "target"'):
+        scenario.with_poses(tai_ns, {}, joint_angles={"targt": {"flap_left": 0.1}})
+    with pytest.raises(ConfigError, match='exposure_times has no "navcm"; did you mean "navcam"'):
+        scenario.with_poses(tai_ns, {}, {"navcm": 0.001})
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "problem"),
+    [
+        ("position", np.array([7e6, np.nan, 0.0]), "must be finite"),
+        ("position", [7e6, 0.0, 0.0], "must be an array of shape"),
+        ("velocity", np.zeros(2), "must be an array of shape"),
+        ("R_icrf_from_body", 1.001 * np.eye(3), "must be a rotation"),
+        ("R_icrf_from_body", np.diag([1.0, 1.0, -1.0]), "must be a rotation"),
+        ("R_icrf_from_body", np.eye(4), "must be an array of shape"),
+    ],
+)
+def test_a_pose_that_cannot_be_is_refused_by_name(field: str, value: Any, problem: str) -> None:
+    scenario = load_scenario(EXAMPLES / "approach.toml")
+    pose = scenario.poses(scenario.epoch_tai_ns)["target"]
+    with pytest.raises(ConfigError, match=rf"bodies\.target\.{field} {problem}"):
+        scenario.with_poses(scenario.epoch_tai_ns, {"target": replace(pose, **{field: value})})
+
+
+def test_a_rotation_in_single_precision_is_one() -> None:
+    scenario = load_scenario(EXAMPLES / "approach.toml")
+    pose = scenario.poses(scenario.epoch_tai_ns)["target"]
+    single = replace(pose, R_icrf_from_body=pose.R_icrf_from_body.astype(np.float32))
+    assert (
+        scenario.with_poses(scenario.epoch_tai_ns, {"target": single}).bodies["target"].pose
+        is single
+    )

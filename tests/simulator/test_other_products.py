@@ -12,7 +12,7 @@ import pytest
 from simgl.camera.distortion import sight_lines
 from simgl.camera.lidar import detected
 from simgl.images import IrradianceFrame
-from simgl.physics.spectrum import black_body_light
+from simgl.physics.spectrum import Bands, black_body_light
 from simgl.simulator import Capture, Product, Simulator
 from tests.scenes import lambert, scene
 
@@ -25,7 +25,13 @@ LASER = {
 
 
 def taken(
-    gl: moderngl.Context, distance: float, tilt: float = 0.0, *, optics: Any = None, **laser: Any
+    gl: moderngl.Context,
+    distance: float,
+    tilt: float = 0.0,
+    *,
+    optics: Any = None,
+    focal_length_mm: float = 13.0,
+    **laser: Any,
 ) -> Capture:
     """A dark plate of 6 m about the origin, turned about y by ``tilt`` [deg]."""
     half = 0.5 * np.radians(tilt)
@@ -43,6 +49,7 @@ def taken(
             "position_icrf_m": [0, 0, distance],
             "boresight": [0, 0, -1],
             "up": [0, 1, 0],
+            "focal_length_mm": focal_length_mm,
             "lidar": {**LASER, **laser},
             "optics": optics or {},
         },
@@ -54,14 +61,10 @@ def taken(
         return simulator.capture(state, "cam", wanted)
 
 
-# Energy in the middle pixel by hand: intensity E / (2 pi (1 - cos 20 deg)) in the cone, whose soft
-# edge of 0.5 deg has 1.2 % more; irradiance I cos / d^2; radiance rho / pi of it; camera equation.
-def by_hand(distance: float, cosine: float) -> float:
-    inner, outer, edge = np.radians([20.0, 20.5, 0.5])
-    k2 = (np.pi / edge) ** 2
-    fall = 0.5 * (np.cos(inner) - np.cos(outer))
-    fall -= 0.5 * (np.cos(inner) + np.cos(outer)) / (k2 - 1.0)
-    intensity = 0.02 / (2.0 * np.pi * (1.0 - np.cos(inner) + fall))
+# Energy in the middle pixel by hand: intensity E / (2 pi (1 - cos half angle)) in the cone;
+# irradiance I cos / d^2; radiance rho / pi of it; camera equation.
+def by_hand(distance: float, cosine: float, half_angle_deg: float = 20.0) -> float:
+    intensity = 0.02 / (2.0 * np.pi * (1.0 - np.cos(np.radians(half_angle_deg))))
     radiance = 0.4 / np.pi * intensity * cosine / distance**2
     return float(radiance * np.pi / 64.0 * 3.75e-6**2)
 
@@ -74,6 +77,54 @@ def test_the_return_falls_with_the_square_of_the_range(
     assert lidar is not None
     # float32 through the lamp's products, and half a pixel off the axis: 1e-4.
     assert lidar.energy[64, 64] / by_hand(distance, 1.0) == pytest.approx(1.0, abs=1e-4)
+
+
+@pytest.mark.parametrize("half_angle", [0.1, 1.0, 5.0])
+def test_the_beam_is_a_cone_of_uniform_intensity_that_holds_the_pulse(
+    gl: moderngl.Context, half_angle: float
+) -> None:
+    distance, radius = 100.0, 100.0 * np.tan(np.radians(half_angle))
+    focal_length_mm = 60.0 * 3.75e-3 / np.tan(np.radians(half_angle))
+    lidar = taken(gl, distance, focal_length_mm=focal_length_mm, beam_half_angle_deg=half_angle)
+    assert lidar.lidar is not None
+    row, column = np.indices(lidar.lidar.energy.shape) + 0.5
+    # Of the place on the plate, in radii of the beam; the plate's edges are 3 m from its middle.
+    off = np.hypot(row - 64.0, column - 64.0) / 60.0
+    on = np.maximum(abs(row - 64.0), abs(column - 64.0)) / 60.0 * radius < 2.8
+    lit = lidar.lidar.energy / by_hand(distance, 1.0, half_angle)
+    # Lens, way and incidence fall by cos^7 in all. The edge takes 1 % of the radius on either side,
+    # and half the diagonal of a pixel is 1.2 % of it.
+    fall = np.cos(np.arctan(off * radius / distance)) ** 7
+    inside, outside = on & (off < 0.975), on & (off > 1.025)
+    assert inside.sum() > 100
+    np.testing.assert_allclose(lit[inside], fall[inside], rtol=1e-4)
+    assert not lit[outside].any()
+
+
+def test_the_filter_passes_the_sunlight_of_its_wavelengths() -> None:
+    for wavelength, low, high in (
+        (905.0, 904.0, 906.0),
+        (532.0, 531.0, 533.0),
+        (999.5, 998.5, 1000.0),
+    ):
+        scenario = scene(
+            {},
+            {
+                "position_icrf_m": [0, 0, 9.0],
+                "boresight": [0, 0, -1],
+                "lidar": {**LASER, "wavelength_nm": wavelength, "filter_nm": 2.0},
+            },
+        )
+        lidar = scenario.cameras["cam"].lidar
+        assert lidar is not None
+        band = (500.0, 600.0) if wavelength < 600.0 else (700.0, 1000.0)
+        edges = ((1e-9 * low, 1e-9 * high), (1e-9 * band[0], 1e-9 * band[1]))
+        temperature = lidar.sun_temperature
+        passed, whole = black_body_light(
+            1.0, temperature, Bands(names=("filter", "band"), edges=edges)
+        ).irradiance[:2]
+        # The middles of 300 steps: 1e-6.
+        assert lidar.filter_share == pytest.approx(passed / whole, rel=1e-5)
 
 
 def test_the_return_falls_with_the_cosine_of_the_incidence(gl: moderngl.Context) -> None:
