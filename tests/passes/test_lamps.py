@@ -176,8 +176,8 @@ def test_a_lamps_shadow_is_dark_on_plain_and_on_coated_plates(gl: moderngl.Conte
     )
     image = radiance(gl, scenario)[..., 1]
     middle, side = image[64, 46:82], np.concatenate([image[64, 14:18], image[64, 110:114]])
-    # A blind of 1 m half way to the lamp shades 2 m, which are 48 pixels of 4 cm: half a metre within, no
-    # light; a metre outside, all of it.
+    # A blind of 1 m half way to the lamp shades 2 m, which are 48 pixels of 4 cm: a quarter of a
+    # metre within, no light; a metre outside, all of it.
     assert middle.max() == 0.0
     assert side.min() > 0.0
 
