@@ -27,9 +27,9 @@ from simgl.view.row_clock import RowClock, pose_motion
 from simgl.view.spacecraft_view import ShadowsOf, SpacecraftView, spacecraft_views
 from simgl.view.tile_parts import parts
 
-# Where light of other surfaces is worked out. Where it is still unknown, "dark" draws with the same
-# programs, as if there were none.
-Gather = Literal["vertex", "pixel", "dark"]
+Gather = Literal["vertex", "pixel"]
+# While that light is still unknown: drawn with the same programs, as if there were none of it.
+Dark = Literal["dark"]
 
 # Larger tiles are lit in parts: a sample takes some 30 bytes while it is worked on.
 _SAMPLES_AT_ONCE = 10_000_000
@@ -56,7 +56,7 @@ class FrameView:
     spacecraft: tuple[SpacecraftView, ...]
     tiles: tuple[RasterTile, ...]
     lamps: tuple[LampView, ...]
-    gather: Gather = "vertex"
+    gather: Gather | Dark = "vertex"
     glossy_reflections: bool = False
     joint_light: JointLight = "exact"
     other_pinholes: tuple[FrameView, ...] = ()
@@ -111,7 +111,7 @@ def frame_view(
     samples_per_pixel: int | None = None,
     inter_reflection: bool = True,
     between_spacecraft: bool = False,
-    gather: Gather = "vertex",
+    gather: Gather | Dark = "vertex",
     glossy_reflections: bool = False,
     joint_light: JointLight = "exact",
     part: ExposurePart | None = None,
