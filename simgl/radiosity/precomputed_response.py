@@ -19,7 +19,7 @@ from simgl.arrays import Array, Array32, IndexArray
 from simgl.lru_cache import LruCache
 from simgl.radiosity.light_grids import more_of_nodes
 from simgl.radiosity.light_transport import LightTransport, PatchCells
-from simgl.radiosity.lobe_sunlight import PARTS, LobeSunlight
+from simgl.radiosity.lobe_sunlight import LobeSunlight
 from simgl.radiosity.near_means import TIMES
 from simgl.radiosity.patches import SAMPLES
 from simgl.radiosity.solver import Reflectors, radiosity
@@ -220,7 +220,8 @@ class PrecomputedResponse:
         transport = self._transport
         parts = 3 + 2 * (transport.grids is not None)
         parts += (transport.cells is not None) + (transport.means is not None)
-        parts += (PARTS + 1) * bool(self._lobes)
+        if self._lobes:
+            parts += self._lobes.parts + 1
         return self._under_way.get(node, lambda: _UnderWay(parts=self._made(node), left=parts))
 
     def _made(self, node: Node) -> Iterator[None]:
@@ -256,13 +257,18 @@ class PrecomputedResponse:
         if grids is not None:
             yield
             at_points = np.concatenate([at_points, grids.gather @ evenly])
-        if self._lobes:
-            for more in self._lobes.at_points(self._sunlit.at(node), direction_of(node)):
-                yield
-                at_points += more
+        sunlit, direction, on_cells = self._sunlit.at(node), direction_of(node), None
         if transport.cells is not None:
             yield
-            at_points += self._more_of_cells(transport.cells, node)
+            asked, more = self._sunlit.more_on_cells(transport.cells, node)
+            at_points += self._more_of_cells(transport.cells, direction, asked, more)
+            if self._lobes:
+                on_cells = self._sunlit.on_cells(transport.cells, node, asked, more)
+        if self._lobes:
+            for first, light in self._lobes.at_points(sunlit, direction, on_cells):
+                yield
+                at_points[first : first + len(light)] += light
+        if transport.cells is not None:
             # Fewer rays tell what of a patch is dark than how much of it is seen.
             np.maximum(at_points, 0.0, out=at_points)
         if transport.means is not None:
@@ -284,11 +290,15 @@ class PrecomputedResponse:
             at_vertices = np.maximum(at_vertices + again, 0.0)
         np.take(at_vertices, transport.vertex_rows, axis=0, out=rows[:count])
 
-    def _more_of_cells(self, cells: PatchCells, node: Node) -> Array32:
+    def _more_of_cells(
+        self, cells: PatchCells, direction: Array, asked: IndexArray, more: Array32
+    ) -> Array32:
         """(s + g, 4) what gather points get more as patches near them are lit in part: each sees
-        the lit part or the dark one."""
-        asked, more = self._sunlit.more_on_cells(cells, node)
-        even, _ = self._surface.of_sun(self._sunlit.facing(direction_of(node)))
+        the lit part or the dark one.
+
+        asked, more : as of ``more_on_cells`` for a direction (3,)
+        """
+        even, _ = self._surface.of_sun(self._sunlit.facing(direction))
         reflected = even[cells.patch[asked]] * more[:, None]
         return np.asarray(cells.gather[asked].T @ reflected)
 

@@ -107,6 +107,18 @@ class SunlitPatches:
         cosines = (normals @ direction.astype(np.float32)) * lit
         return asked, cosines - sunlit.cosines[cells.patch[asked]]
 
+    def on_cells(self, cells: PatchCells, node: Node, asked: IndexArray, more: Array32) -> Array32:
+        """(c,) cosines of cells to a direction of the grid, 0 in shadow.
+
+        asked, more : as of ``more_on_cells`` for that direction
+        """
+        sunlit = self.at(node)
+        patch = sunlit.cosines[cells.patch]
+        cosines = np.maximum(cells.normals @ direction_of(node).astype(np.float32), 0.0)
+        cosines *= patch > 0.0
+        cosines[asked] = more + patch[asked]
+        return np.maximum(cosines, 0.0, out=cosines)
+
     def _traced(self, node: Node) -> Sunlit:
         direction = direction_of(node)
         lit, valid = lit_samples(self._transport, direction)
