@@ -14,13 +14,13 @@ from itertools import pairwise
 import numpy as np
 from scipy import sparse
 
-from simgl.arrays import Array, Array32, IndexArray
+from simgl.arrays import Array, Array32, IndexArray, Mask
 from simgl.radiosity.gather_points import unit_rows
 from simgl.radiosity.glossy_places import GlossyPlaces, PlacePairs, above
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.near_means import gather_places
 from simgl.radiosity.reflection_laws import ReflectionLaws, lobe_towards, lost_by_widening
-from simgl.radiosity.sunlit_patches import Sunlit
+from simgl.radiosity.sunlit_patches import HiddenPatches, Sunlit
 
 # Of the work for one direction of the Sun, for vertices and for grids each.
 PARTS = 2
@@ -74,6 +74,11 @@ class LobeSunlight:
         return self._places.count > 0
 
     @property
+    def cells(self) -> IndexArray:
+        """(c,) which of the transport's cells send light by themselves."""
+        return self._places.cells
+
+    @property
     def nbytes(self) -> int:
         """Size of its arrays, which it makes at the latest now."""
         of_points = sum(pairs.nbytes for pairs in self._to_points)
@@ -91,9 +96,9 @@ class LobeSunlight:
         in parts: the first point, and (n, 4) more from that on.
 
         direction : (3,) unit, towards the Sun
-        on_cells : (c,) cosines of the transport's cells to it, 0 in shadow; None without cells
+        on_cells : of ``cells`` their cosines to it, 0 in shadow; None without cells
         """
-        light, start = self._sunlight(sunlit, direction, on_cells), 0
+        light, start = self._sunlight(sunlit.lit, sunlit.cosines, direction, on_cells), 0
         for pairs in self._to_points:
             number = np.cumsum(np.diff(pairs.first)[light.places])
             ends = np.searchsorted(number, np.linspace(0, number[-1:].sum(), PARTS + 1)[1:-1])
@@ -104,7 +109,19 @@ class LobeSunlight:
     def at_patches(self, sunlit: Sunlit, direction: Array, evenly: Array32) -> Array32:
         """(p, 4) the same of patches."""
         even = self._transport.form_factors @ evenly
-        return self._sent(self._to_patches, self._sunlight(sunlit, direction, None)) - even
+        light = self._sunlight(sunlit.lit, sunlit.cosines, direction, None)
+        return self._sent(self._to_patches, light) - even
+
+    def hidden_at_vertices(
+        self, hidden: HiddenPatches, direction: Array, on_cells: Array32 | None
+    ) -> Array32:
+        """(s,) what gather points of vertices would get of the lobes of light that others take
+        from a Sun of 1 W/m2, mean of the bands.
+
+        on_cells : as of ``at_points``, where that light is taken
+        """
+        light = self._sunlight(hidden.samples, hidden.cosines, direction, on_cells)
+        return self._sent(self._to_points[0], light).mean(axis=1)
 
     def again_at_vertices(self, exitance: Array32) -> Array32:
         """(s, 4) what gather points of vertices get more than if lobes sent evenly what they get of
@@ -162,19 +179,20 @@ class LobeSunlight:
         return seen.tocsr(), towards
 
     def _sunlight(
-        self, sunlit: Sunlit, direction: Array, on_cells: Array32 | None
+        self, samples: Mask, cosines: Array32, direction: Array, on_cells: Array32 | None
     ) -> _LightOfPlaces:
-        """The light of a Sun of 1 W/m2; not on cells where they are not asked for."""
+        """The light of a Sun of 1 W/m2 on sample points (p, n), on patches by their mean cosines
+        (p,), and on cells; not on these where they are not asked for."""
         glossy = self._places.glossy
-        lit = (sunlit.lit & self._transport.point_open)[glossy].ravel()
+        lit = (samples & self._transport.point_open)[glossy].ravel()
         towards = direction.astype(np.float32)
         facing = np.maximum(self._places.normals[: len(lit)] @ towards, 0.0)
-        arriving = [facing * lit, sunlit.cosines[glossy]]
+        arriving = [facing * lit, cosines[glossy]]
         if on_cells is not None:
-            arriving.append(on_cells[self._places.cells])
-        cosines = np.concatenate(arriving)
-        places = np.flatnonzero(cosines > 0.0)
-        irradiance = np.broadcast_to(cosines[places, None], (len(places), 4))
+            arriving.append(on_cells)
+        of_places = np.concatenate(arriving)
+        places = np.flatnonzero(of_places > 0.0)
+        irradiance = np.broadcast_to(of_places[places, None], (len(places), 4))
         return self._light_of_places(places, irradiance, np.tile(towards, (len(places), 1)), None)
 
     def _light_of_others(self, exitance: Array32) -> tuple[_LightOfPlaces, Array32]:

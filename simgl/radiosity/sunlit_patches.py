@@ -13,7 +13,14 @@ from simgl.lru_cache import LruCache
 from simgl.next_step import FARTHEST_FRAMES
 from simgl.radiosity.gather_points import unit_rows
 from simgl.radiosity.light_transport import LightTransport, PatchCells
-from simgl.radiosity.solver import Blocker, blocked_by, lit_samples, mean_cosines, seeing
+from simgl.radiosity.solver import (
+    Blocker,
+    blocked_by,
+    hidden_behind,
+    lit_samples,
+    mean_cosines,
+    seeing,
+)
 
 # Steps of the grid of directions from one end of an axis to the other: half a degree each, the
 # width of the Sun. What light a patch gets is linear between three of them, as in a penumbra.
@@ -40,6 +47,20 @@ class Sunlit:
     lit: Mask
     cosines: Array32
     partly: Mask
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class HiddenPatches:
+    """What other bodies take from the sunlight of one direction on the patches.
+
+    samples : (p, n) which of their sample points that the Sun would reach
+    cosines : (p,) of the mean cosine of each
+    whole : (p,) whether they take all of it
+    """
+
+    samples: Mask
+    cosines: Array32
+    whole: Mask
 
 
 class SunlitPatches:
@@ -75,12 +96,24 @@ class SunlitPatches:
             cosines += facing * self.at(node).lit
         return cosines
 
-    def hidden(self, node: Node, blockers: Sequence[Blocker]) -> Array32:
-        """(p,) what other bodies take from the cosines to a direction of the grid."""
-        return self._hidden(direction_of(node), self.at(node).cosines, blockers)
+    def hidden(self, node: Node, blockers: Sequence[Blocker]) -> HiddenPatches:
+        """What other bodies take from a direction of the grid."""
+        sunlit, direction = self.at(node), direction_of(node)
+        asked = sunlit.cosines > 0.0
+        samples = blocked_by(self._transport, direction, blockers, asked) & sunlit.lit
+        some = np.flatnonzero(samples.any(axis=1))
+        share = (samples[some] & self._transport.point_open[some]).sum(axis=1, dtype=np.float32)
+        lit = (sunlit.lit[some] & self._transport.point_open[some]).sum(axis=1)
+        cosines = np.zeros_like(sunlit.cosines)
+        cosines[some] = sunlit.cosines[some] * share / np.maximum(lit, 1)
+        whole = np.zeros(len(cosines), dtype=np.bool_)
+        whole[some] = share == lit
+        return HiddenPatches(samples=samples, cosines=cosines, whole=whole)
 
     def _hidden(self, direction: Array, cosines: Array32, blockers: Sequence[Blocker]) -> Array32:
-        return cosines * blocked_by(self._transport, direction, blockers, cosines > 0.0)
+        """(p,) what other bodies take from cosines (p,) to a direction (3,)."""
+        blocked = blocked_by(self._transport, direction, blockers, cosines > 0.0)
+        return cosines * blocked.mean(axis=1, dtype=np.float32)
 
     def at(self, node: Node) -> Sunlit:
         """The same for a direction of the grid, traced."""
@@ -107,17 +140,44 @@ class SunlitPatches:
         cosines = (normals @ direction.astype(np.float32)) * lit
         return asked, cosines - sunlit.cosines[cells.patch[asked]]
 
-    def on_cells(self, cells: PatchCells, node: Node, asked: IndexArray, more: Array32) -> Array32:
-        """(c,) cosines of cells to a direction of the grid, 0 in shadow.
+    def on_cells(
+        self, cells: PatchCells, chosen: IndexArray, node: Node, asked: IndexArray, more: Array32
+    ) -> Array32:
+        """(k,) cosines of chosen cells to a direction of the grid, 0 in shadow.
 
         asked, more : as of ``more_on_cells`` for that direction
         """
-        sunlit = self.at(node)
-        patch = sunlit.cosines[cells.patch]
-        cosines = np.maximum(cells.normals @ direction_of(node).astype(np.float32), 0.0)
-        cosines *= patch > 0.0
-        cosines[asked] = more + patch[asked]
-        return np.maximum(cosines, 0.0, out=cosines)
+        of_patch = self.at(node).cosines
+        lit = (of_patch > 0.0)[cells.patch]
+        # What rounding leaves of a cosine is no light.
+        lit[asked] = more + of_patch[cells.patch[asked]] > 1e-6
+        facing = cells.normals[chosen] @ direction_of(node).astype(np.float32)
+        return np.maximum(facing, 0.0) * lit[chosen]
+
+    def hidden_on_cells(
+        self,
+        cells: PatchCells,
+        chosen: IndexArray,
+        node: Node,
+        hidden: HiddenPatches,
+        blockers: Sequence[Blocker],
+    ) -> Array32:
+        """(k,) what other bodies take from the cosines of chosen cells to a direction of the grid.
+
+        hidden : what they take there from patches
+        """
+        direction, patch = direction_of(node), cells.patch[chosen]
+        taken = hidden.whole[patch]
+        asked = np.flatnonzero(~taken)
+        for blocker in blockers:
+            taken[asked] |= hidden_behind(cells.points[chosen[asked]], direction, blocker)
+        normals = cells.normals[chosen]
+        asked = np.flatnonzero(taken & self.at(node).partly[patch])
+        every = np.ones(len(asked), dtype=np.bool_)
+        points = cells.points[chosen[asked]]
+        tracer = self._transport.tracer
+        taken[asked] = seeing(tracer, points, normals[asked], direction, every)
+        return np.maximum(normals @ direction.astype(np.float32), 0.0) * taken
 
     def _traced(self, node: Node) -> Sunlit:
         direction = direction_of(node)

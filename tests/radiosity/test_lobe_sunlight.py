@@ -148,7 +148,7 @@ def test_directions_from_a_bent_patch_agree_with_their_heights_above_it() -> Non
     seen = transport.sun_gather.tocsr()[:, places.glossy].tocoo()
     at, normals = (values[: seen.shape[0]] for values in gather_places(transport))
     pairs = places.pairs(seen, at, normals)
-    normal = places.normals[pairs.place]
+    normal = np.repeat(places.normals, np.diff(pairs.first), axis=0)
     cosine = np.einsum("in,ni->n", pairs.towards, normal)
     # float32; and directions straight from behind, which have no side to be raised to.
     straight = cosine < -0.99
