@@ -18,6 +18,7 @@ from simgl.arrays import Array, Array32, IndexArray
 from simgl.radiosity.gather_points import unit_rows
 from simgl.radiosity.hemisphere import CELLS_ACROSS, SKY_CELLS, sky_cell
 from simgl.radiosity.light_transport import matrix_nbytes
+from simgl.radiosity.lobes_to_others import Blocks, SentLobes, blocks_of, sent_lobes
 from simgl.radiosity.near_body import NearBody
 from simgl.radiosity.patches import SAMPLES
 from simgl.radiosity.path_pairs import Clusters, PairEntries, SeenPairs
@@ -26,6 +27,8 @@ from simgl.rays import ray_tracer
 # Clusters are so wide for each metre of their distance from the other spacecraft, and at most so
 # many: as many as make so many pairs with its places, within these limits.
 _WIDTH, _PAIRS, _LIMITS = 0.25, 800_000, (64, 1024)
+# Blocks of places that get the same of a lobe, at most.
+_BLOCKS = 64
 # Clusters that would fill less of a hemisphere do not count. They are looked for from so many
 # places together, few enough for the processor's cache.
 _SMALLEST, _ROWS = 1e-6, 2048
@@ -46,6 +49,7 @@ class LightPath:
     cells : (k,) of the receiver's sky, before which the clusters stand that places see; -1 where
         they stand before the receiver itself
     patches : number of the receiver's
+    lobes : of the glossy parts of clusters; None where there are none
     """
 
     samples: IndexArray
@@ -57,12 +61,14 @@ class LightPath:
     at_patches: SeenPairs
     cells: IndexArray
     patches: int
+    lobes: SentLobes | None
 
     @property
     def nbytes(self) -> int:
         """Size of its arrays."""
         pairs = len(self.at_places.point) + len(self.at_patches.point)
-        return 48 * pairs + self.cells.nbytes + matrix_nbytes(self.means)
+        of_lobes = 0 if self.lobes is None else 8 * pairs + matrix_nbytes(self.lobes.means)
+        return 48 * pairs + self.cells.nbytes + matrix_nbytes(self.means) + of_lobes
 
     @cached_property
     def clusters_at_places(self) -> PairEntries:
@@ -76,6 +82,19 @@ class LightPath:
         return self.at_patches.entries(
             self.at_patches.cluster, (self.patches, len(self.clusters.areas))
         )
+
+    @cached_property
+    def lobes_at_places(self) -> PairEntries:
+        """(s, l) the lobes of clusters that places see, where there are any."""
+        assert self.lobes is not None
+        rows, blocks = len(self.at_places.points), self.lobes.blocks.of_places
+        return self.lobes.entries(self.at_places, rows, blocks)
+
+    @cached_property
+    def lobes_at_patches(self) -> PairEntries:
+        """(q, l) those that patches see."""
+        assert self.lobes is not None
+        return self.lobes.entries(self.at_patches, self.patches, self.lobes.blocks.of_points)
 
     @cached_property
     def sky_at_places(self) -> PairEntries:
@@ -114,6 +133,16 @@ class PosedPath:
     def to_places(self) -> sparse.csr_matrix:
         """(s, c) csr, the same of the places."""
         return self.path.clusters_at_places.matrix(self._to_places)
+
+    @cached_property
+    def lobes_to_patches(self) -> sparse.csr_matrix:
+        """(q, l) csr, the same of the lobes of clusters at patches."""
+        return self.path.lobes_at_patches.matrix(self._to_patches)
+
+    @cached_property
+    def lobes_to_places(self) -> sparse.csr_matrix:
+        """(s, l) csr, the same of the places."""
+        return self.path.lobes_at_places.matrix(self._to_places)
 
     @cached_property
     def hides(self) -> sparse.csr_matrix:
@@ -183,6 +212,7 @@ def light_path(receiver: NearBody, sender: NearBody, sender_from_receiver: Array
     at_patches = _seen(pose, (points, normals), (at, parts), clusters, ends)
     ways = clusters.seen_from(sender_from_receiver).middle[at_places.cluster]
     ways -= places[at_places.point]
+    blocks = _blocks(receiver, sender, sender_from_receiver, points)
     cells = sky_cell(ways.astype(np.float64), CELLS_ACROSS)
     return LightPath(
         samples=samples,
@@ -194,7 +224,20 @@ def light_path(receiver: NearBody, sender: NearBody, sender_from_receiver: Array
         at_patches=at_patches,
         cells=np.where(at_places.behind < 0, cells, -1),
         patches=len(receiver.transport.areas),
+        lobes=sent_lobes(sender, open_, number, blocks),
     )
+
+
+def _blocks(
+    receiver: NearBody, sender: NearBody, sender_from_receiver: Array, points: Array32
+) -> Blocks:
+    """Of its places and of the points (n, 3) of its patches, each small beside its distance."""
+    turn, shift = sender_from_receiver[:3, :3], sender_from_receiver[:3, 3]
+    places = receiver.places[0]
+    both = np.concatenate([places, points])
+    distance = np.maximum(_distance(sender, both @ turn.T + shift), _nearest(receiver, sender))
+    number = clusters_of(both, np.zeros_like(both), distance, _BLOCKS)
+    return blocks_of(places, points, number)
 
 
 def _clustered(

@@ -22,6 +22,7 @@ from simgl.radiosity.precomputed_response import (
     GatheredSunlight,
     PrecomputedResponse,
 )
+from simgl.radiosity.reflection_laws import ReflectionLaws
 from simgl.radiosity.solver import Reflectors, radiosity, reflectors
 from simgl.radiosity.sunlit_patches import SunlitPatches
 from simgl.radiosity.transport_store import MAX_BYTES
@@ -193,7 +194,7 @@ class PatchLight:
         irradiance = np.zeros_like(surface.reflectors.albedo)
         emitted = surface.reflectors.exitance.copy()
         if incident.sun_irradiance.any():
-            direct = self.of_direct_sun(model, transport, incident)
+            direct = self.of_direct_sun(model, transport, incident).sum(axis=0)
             emitted += direct * incident.sun_irradiance.astype(np.float32)
         if cells is not None:
             # Rays follow the cosine: each stands for pi over their number.
@@ -220,11 +221,16 @@ class PatchLight:
     def of_direct_sun(
         self, model: SpacecraftModel, transport: LightTransport, incident: IncidentLight
     ) -> Array32:
-        """(p, 4) what a Sun of 1 W m-2 adds to the exitance before any bounce."""
+        """(2, p, 4) what a Sun of 1 W m-2 adds to the exitance before any bounce, evenly and in
+        lobes."""
         surface = self._surface(model, transport)
         sunlit, direction = surface.sunlit, incident.sun_direction
-        share = surface.reflectors.of_sun(sunlit.facing(direction)).sum(axis=0)
+        share = surface.reflectors.of_sun(sunlit.facing(direction))
         return share * self._sun_cosines(sunlit, transport, incident)[:, None]
+
+    def laws(self, model: SpacecraftModel, transport: LightTransport) -> ReflectionLaws:
+        """Of the materials of a body."""
+        return self._surface(model, transport).reflectors.laws
 
     def sun_at_samples(
         self, model: SpacecraftModel, transport: LightTransport, incident: IncidentLight
