@@ -101,8 +101,7 @@ class ReferenceGather:
         model, incident = spacecraft.model, spacecraft.incident_light
         exitance = self._light.exitance(model, transport, sky, incident)
         # The Sun's light is subtracted patch by patch: near a shadow's edge neighbours differ.
-        of_direct = self._light.of_direct_sun(model, transport, incident).sum(axis=0)
-        direct_sun = of_direct * incident.sun_irradiance
+        direct_sun = self._light.of_direct_sun(model, transport, incident) * incident.sun_irradiance
         indirect = np.maximum(exitance - direct_sun, 0.0).astype(np.float32)
         return _LitPatches(transport=transport, indirect=indirect)
 

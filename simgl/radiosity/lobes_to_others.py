@@ -1,11 +1,12 @@
 """Sunlight that metal sends to another spacecraft in lobes: by where that stands, not evenly.
 
-What clusters of patches send is worked out for blocks of the places that they light, a few times as
-wide apart as lobes resolve.
+What parts of clusters send is worked out for blocks of the places that they light, both small
+beside their distance from the other body.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,7 +37,7 @@ class Blocks:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SentLobes:
-    """The glossy part of clusters, by its materials.
+    """The glossy parts of clusters, finer than these, of one material each.
 
     cluster, law : (g,) of each part; cluster by its number among those with such parts
     middle, facing : (g, 3) in the sender's axes; bend2 : (g,) how much it bends; radius : (g,) [m]
@@ -109,17 +110,23 @@ def sent_lobes(
     sender: NearBody,
     chosen: IndexArray,
     number: IndexArray,
-    blocks: Blocks,
+    parts: IndexArray,
+    blocks: Callable[[int], Blocks],
 ) -> SentLobes | None:
-    """Of some samples (n,) of the sender in clusters (n,); None where none is glossy."""
+    """Of some samples (n,) of the sender; None where none is glossy.
+
+    number, parts : (n,) cluster of each, and which small part of space it is in
+    blocks : makes those of the receiver, by how many parts there are
+    """
     places, normals, areas, patch = (values[chosen] for values in sender.samples)
     law = np.argmax(sender.transport.materials, axis=1)[patch // SAMPLES]
     glossy = np.flatnonzero(sender.laws.glossy[law])
     if len(glossy) == 0:
         return None
-    kinds = len(sender.laws.glossy)
-    key, part = np.unique(number[glossy] * kinds + law[glossy], return_inverse=True)
-    with_lobes, cluster = np.unique(key // kinds, return_inverse=True)
+    kinds, count = len(sender.laws.glossy), int(parts.max()) + 1
+    keys = (number[glossy] * count + parts[glossy]) * kinds + law[glossy]
+    key, part = np.unique(keys, return_inverse=True)
+    with_lobes, cluster = np.unique(key // (kinds * count), return_inverse=True)
     column = np.full(int(number.max()) + 1, -1)
     column[with_lobes] = np.arange(len(with_lobes))
     weight = areas[glossy]
@@ -138,7 +145,7 @@ def sent_lobes(
         radius=np.sqrt(mean @ away2).astype(np.float32),
         means=sparse.csr_matrix(entries, shape=(len(key), len(chosen))),
         column=column,
-        blocks=blocks,
+        blocks=blocks(len(key)),
     )
 
 

@@ -24,6 +24,7 @@ from simgl.radiosity.near_body import NearBody, standing_rows
 from simgl.radiosity.patch_light import PatchLight
 from simgl.radiosity.pose_steps import in_steps
 from simgl.radiosity.posed_transport import PosedTransport
+from simgl.radiosity.reflection_laws import ReflectionLaws
 from simgl.radiosity.sky_cells import sky_cells
 from simgl.radiosity.third_bodies import third_bodies, unhidden
 from simgl.radiosity.transport_store import MAX_BYTES, STEPS, TransportStore
@@ -80,12 +81,10 @@ class _Sunlit:
     seen of the Sun's light before any bounce.
 
     rest : (p, 4) exitance but for that [W m-2]
-    cosines : (p * n,) of the sample points to the Sun, 0 in shadow; None without a Sun
-    evenly : (p * n, 4) what leaves there evenly [W m-2]
+    evenly : (p, 4) what leaves evenly of that where the Sun stands above [W m-2]; None without it
     """
 
     rest: Array32
-    cosines: Array32 | None
     evenly: Array32 | None
 
 
@@ -174,9 +173,11 @@ class NeighbourLight:
         sunlit = [self._sunlit(one) for one in isolated]
         sent, lobes = [], []
         for way in ways:
-            one, of_one = isolated[way.pair.sender], sunlit[way.pair.sender]
-            sent.append(_sent_evenly(way, of_one))
-            lobes.append(_sent_in_lobes(way, one, bodies[way.pair.sender], of_one))
+            number = way.pair.sender
+            laws = bodies[number].laws
+            evenly, of_lobes = self._sent_first(way, isolated[number], laws, sunlit[number])
+            sent.append(evenly)
+            lobes.append(of_lobes)
         more = [np.zeros_like(one.exitance) for one in isolated]
         added, bounced = sent, {i: one.exitance for i, one in enumerate(isolated)}
         arriving_lobes = lobes
@@ -194,18 +195,26 @@ class NeighbourLight:
     def _sunlit(self, one: IsolatedLight) -> _Sunlit:
         sun = one.incident.sun_irradiance.astype(np.float32)
         if not sun.any():
-            return _Sunlit(rest=one.exitance, cosines=None, evenly=None)
-        even, lobes = self._light.of_direct_sun(one.model, one.transport, one.incident)
-        cosines = self._light.sun_at_samples(one.model, one.transport, one.incident)
-        number = np.maximum(one.transport.point_open.sum(axis=1), 1)
-        mean = cosines.sum(axis=1, dtype=np.float32) / number.astype(np.float32)
-        of_cosine = (sun * even) / np.maximum(mean, np.float32(1e-9))[:, None]
-        at_samples = cosines[:, :, None] * of_cosine[:, None]
-        return _Sunlit(
-            rest=one.exitance - sun * (even + lobes),
-            cosines=cosines.ravel(),
-            evenly=at_samples.reshape(-1, 4),
-        )
+            return _Sunlit(rest=one.exitance, evenly=None)
+        light, lit_by = self._light, (one.model, one.transport, one.incident)
+        even, _ = light.shares_of_sun(*lit_by)
+        return _Sunlit(rest=one.exitance - sun * light.of_direct_sun(*lit_by), evenly=sun * even)
+
+    def _sent_first(
+        self, way: _Way, one: IsolatedLight, laws: ReflectionLaws, sunlit: _Sunlit
+    ) -> tuple[Array32, Array32 | None]:
+        """(c, 4) exitance of the clusters of a way [W m-2], and what their lobes send, as of
+        ``SentLobes``; None without them."""
+        path, first = way.path, way.path.senders @ sunlit.rest
+        if sunlit.evenly is None:
+            return first, None
+        incident = one.incident
+        cosines = self._light.sun_at_samples(one.model, one.transport, incident, path.samples)
+        first += path.means_of_patches(cosines) @ sunlit.evenly
+        if path.lobes is None:
+            return first, None
+        sun = incident.sun_direction, incident.sun_irradiance
+        return first, path.lobes.light(laws, way.posed.sender_from_receiver, sun, cosines)
 
     def _bounced(
         self,
@@ -290,25 +299,6 @@ class NeighbourLight:
             lambda posed: posed.nbytes,
         )
         return _Way(pair=pair, path=path, posed=posed)
-
-
-def _sent_evenly(way: _Way, sunlit: _Sunlit) -> Array32:
-    """(c, 4) exitance of the clusters of a way [W m-2]."""
-    first: Array32 = way.path.senders @ sunlit.rest
-    if sunlit.evenly is not None:
-        first += way.path.means @ np.take(sunlit.evenly, way.path.samples, axis=0)
-    return first
-
-
-def _sent_in_lobes(
-    way: _Way, one: IsolatedLight, sender: NearBody, sunlit: _Sunlit
-) -> Array32 | None:
-    """What the lobes of a way send, as of ``SentLobes``; None without them."""
-    if way.path.lobes is None or sunlit.cosines is None:
-        return None
-    sun = one.incident.sun_direction, one.incident.sun_irradiance
-    cosines = np.take(sunlit.cosines, way.path.samples)
-    return way.path.lobes.light(sender.laws, way.posed.sender_from_receiver, sun, cosines)
 
 
 def _sent_on(way: _Way, bounced: dict[int, Array32]) -> Array32:

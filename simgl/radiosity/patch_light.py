@@ -8,13 +8,14 @@ from functools import partial
 
 import numpy as np
 
-from simgl.arrays import Array, Array32
+from simgl.arrays import Array, Array32, IndexArray
 from simgl.environment_map import SkyRadiance
 from simgl.lru_cache import MANY, LruCache
 from simgl.radiosity.hidden_sunlight import HiddenSunlight
 from simgl.radiosity.incident_light import IncidentLight, Neighbour
 from simgl.radiosity.lamp_light import LampLight, reaches_into
 from simgl.radiosity.light_transport import LightTransport
+from simgl.radiosity.patches import SAMPLES
 from simgl.radiosity.posed_transport import PosedTransport
 from simgl.radiosity.precomputed_response import (
     BYTES_OF_PATCH,
@@ -194,7 +195,7 @@ class PatchLight:
         irradiance = np.zeros_like(surface.reflectors.albedo)
         emitted = surface.reflectors.exitance.copy()
         if incident.sun_irradiance.any():
-            direct = self.of_direct_sun(model, transport, incident).sum(axis=0)
+            direct = self.of_direct_sun(model, transport, incident)
             emitted += direct * incident.sun_irradiance.astype(np.float32)
         if cells is not None:
             # Rays follow the cosine: each stands for pi over their number.
@@ -221,27 +222,38 @@ class PatchLight:
     def of_direct_sun(
         self, model: SpacecraftModel, transport: LightTransport, incident: IncidentLight
     ) -> Array32:
-        """(2, p, 4) what a Sun of 1 W m-2 adds to the exitance before any bounce, evenly and in
-        lobes."""
+        """(p, 4) what a Sun of 1 W m-2 adds to the exitance before any bounce."""
+        even, lobes = self.shares_of_sun(model, transport, incident)
+        sunlit = self._surface(model, transport).sunlit
+        return (even + lobes) * self._sun_cosines(sunlit, transport, incident)[:, None]
+
+    def shares_of_sun(
+        self, model: SpacecraftModel, transport: LightTransport, incident: IncidentLight
+    ) -> Array32:
+        """(2, p, 4) of the Sun's light what leaves patches evenly and in lobes before any
+        bounce."""
         surface = self._surface(model, transport)
-        sunlit, direction = surface.sunlit, incident.sun_direction
-        share = surface.reflectors.of_sun(sunlit.facing(direction))
-        return share * self._sun_cosines(sunlit, transport, incident)[:, None]
+        return surface.reflectors.of_sun(surface.sunlit.facing(incident.sun_direction))
 
     def laws(self, model: SpacecraftModel, transport: LightTransport) -> ReflectionLaws:
         """Of the materials of a body."""
         return self._surface(model, transport).reflectors.laws
 
     def sun_at_samples(
-        self, model: SpacecraftModel, transport: LightTransport, incident: IncidentLight
+        self,
+        model: SpacecraftModel,
+        transport: LightTransport,
+        incident: IncidentLight,
+        samples: IndexArray,
     ) -> Array32:
-        """(p, n) cosines of the patches' sample points to the Sun, 0 where it is not seen."""
+        """(n,) cosines to the Sun of sample points, by their numbers among all of the patches; 0
+        where it is not seen."""
         surface, direction = self._surface(model, transport), incident.sun_direction
-        cosines = surface.sunlit.cosines_of_samples(direction)
+        cosines = surface.sunlit.cosines_of_samples(direction, samples)
         if incident.before_sun:
             free = np.maximum(surface.sunlit.cosines(direction), np.float32(1e-9))
-            hidden = surface.hidden.cosines(direction, _before_sun(transport, incident)) / free
-            cosines *= 1.0 - hidden[:, None]
+            left = self._sun_cosines(surface.sunlit, transport, incident) / free
+            cosines *= np.take(left, samples // SAMPLES)
         return cosines
 
     def response(self, model: SpacecraftModel, transport: LightTransport) -> PrecomputedResponse:

@@ -54,7 +54,7 @@ class HiddenPatches:
     """What other bodies take from the sunlight of one direction on the patches.
 
     samples : (p, n) which of their sample points that the Sun would reach
-    cosines : (p,) of the mean cosine of each
+    cosines : (p,) of the mean cosine of each, as if hidden evenly in its lit part
     whole : (p,) whether they take all of it
     """
 
@@ -84,36 +84,33 @@ class SunlitPatches:
         for node, weight in grid_corners(direction):
             cosines += np.float32(weight) * self.at(node).cosines
         if blockers:
-            cosines -= self._hidden(direction, cosines, blockers)
+            blocked = self._blocked(direction, cosines, blockers)
+            cosines -= cosines * blocked.mean(axis=1, dtype=np.float32)
         return cosines
 
-    def cosines_of_samples(self, direction: Array) -> Array32:
-        """(p, n) the same of each sample point, where no other body is before the Sun."""
-        cosines = np.zeros(self._transport.point_open.shape, dtype=np.float32)
+    def cosines_of_samples(self, direction: Array, samples: IndexArray) -> Array32:
+        """(n,) the same of sample points, by their numbers among all, where no other body is before
+        the Sun."""
+        normals = np.take(self._transport.normals.reshape(-1, 3), samples, axis=0)
+        cosines = np.zeros(len(samples), dtype=np.float32)
         for node, weight in grid_corners(direction):
-            towards = (weight * direction_of(node)).astype(np.float32)
-            facing = np.maximum(self._transport.normals @ towards, 0.0)
-            cosines += facing * self.at(node).lit
+            facing = np.maximum(normals @ (weight * direction_of(node)).astype(np.float32), 0.0)
+            cosines += facing * self.at(node).lit.ravel().take(samples)
         return cosines
 
     def hidden(self, node: Node, blockers: Sequence[Blocker]) -> HiddenPatches:
         """What other bodies take from a direction of the grid."""
-        sunlit, direction = self.at(node), direction_of(node)
-        asked = sunlit.cosines > 0.0
-        samples = blocked_by(self._transport, direction, blockers, asked) & sunlit.lit
-        some = np.flatnonzero(samples.any(axis=1))
-        share = (samples[some] & self._transport.point_open[some]).sum(axis=1, dtype=np.float32)
-        lit = (sunlit.lit[some] & self._transport.point_open[some]).sum(axis=1)
-        cosines = np.zeros_like(sunlit.cosines)
-        cosines[some] = sunlit.cosines[some] * share / np.maximum(lit, 1)
-        whole = np.zeros(len(cosines), dtype=np.bool_)
-        whole[some] = share == lit
-        return HiddenPatches(samples=samples, cosines=cosines, whole=whole)
+        sunlit = self.at(node)
+        blocked = self._blocked(direction_of(node), sunlit.cosines, blockers)
+        return HiddenPatches(
+            samples=blocked & sunlit.lit,
+            cosines=sunlit.cosines * blocked.mean(axis=1, dtype=np.float32),
+            whole=np.asarray(blocked.all(axis=1)),
+        )
 
-    def _hidden(self, direction: Array, cosines: Array32, blockers: Sequence[Blocker]) -> Array32:
-        """(p,) what other bodies take from cosines (p,) to a direction (3,)."""
-        blocked = blocked_by(self._transport, direction, blockers, cosines > 0.0)
-        return cosines * blocked.mean(axis=1, dtype=np.float32)
+    def _blocked(self, direction: Array, cosines: Array32, blockers: Sequence[Blocker]) -> Mask:
+        """(p, n) which sample points others hide, of patches with cosines (p,) to a direction."""
+        return blocked_by(self._transport, direction, blockers, cosines > 0.0)
 
     def at(self, node: Node) -> Sunlit:
         """The same for a direction of the grid, traced."""
