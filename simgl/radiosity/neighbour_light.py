@@ -196,9 +196,8 @@ class NeighbourLight:
         sun = one.incident.sun_irradiance.astype(np.float32)
         if not sun.any():
             return _Sunlit(rest=one.exitance, evenly=None)
-        light, lit_by = self._light, (one.model, one.transport, one.incident)
-        even, _ = light.shares_of_sun(*lit_by)
-        return _Sunlit(rest=one.exitance - sun * light.of_direct_sun(*lit_by), evenly=sun * even)
+        direct, even = self._light.direct_and_even(one.model, one.transport, one.incident)
+        return _Sunlit(rest=one.exitance - sun * direct, evenly=sun * even)
 
     def _sent_first(
         self, way: _Way, one: IsolatedLight, laws: ReflectionLaws, sunlit: _Sunlit

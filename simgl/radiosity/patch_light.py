@@ -223,17 +223,16 @@ class PatchLight:
         self, model: SpacecraftModel, transport: LightTransport, incident: IncidentLight
     ) -> Array32:
         """(p, 4) what a Sun of 1 W m-2 adds to the exitance before any bounce."""
-        even, lobes = self.shares_of_sun(model, transport, incident)
-        sunlit = self._surface(model, transport).sunlit
-        return (even + lobes) * self._sun_cosines(sunlit, transport, incident)[:, None]
+        return self.direct_and_even(model, transport, incident)[0]
 
-    def shares_of_sun(
+    def direct_and_even(
         self, model: SpacecraftModel, transport: LightTransport, incident: IncidentLight
-    ) -> Array32:
-        """(2, p, 4) of the Sun's light what leaves patches evenly and in lobes before any
-        bounce."""
+    ) -> tuple[Array32, Array32]:
+        """(p, 4) the same, and what would leave patches evenly of 1 W m-2 of sunlight on them."""
         surface = self._surface(model, transport)
-        return surface.reflectors.of_sun(surface.sunlit.facing(incident.sun_direction))
+        sunlit, direction = surface.sunlit, incident.sun_direction
+        even, lobes = surface.reflectors.of_sun(sunlit.facing(direction))
+        return (even + lobes) * self._sun_cosines(sunlit, transport, incident)[:, None], even
 
     def laws(self, model: SpacecraftModel, transport: LightTransport) -> ReflectionLaws:
         """Of the materials of a body."""
