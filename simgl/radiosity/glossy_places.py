@@ -139,8 +139,7 @@ class GlossyPlaces:
         if cells is not None:
             much = near & (share >= _MUCH)
             in_cells = self._in_cells(row[much], patch[much], cells, at)
-            found = np.isin(_keys(row, patch, self.count), in_cells[0])
-            near &= ~found
+            near &= ~np.isin(_keys(row, patch, self.count), in_cells[0])
             parts.append(in_cells[1:])
         parts.append(self._sampled(row[near], patch[near], share[near], at, facing, self._radius))
         row, place, share, towards, reach = (

@@ -186,14 +186,14 @@ class PrecomputedResponse:
     def lobes_at_vertices(self, nodes: Sequence[Node]) -> list[Array32] | None:
         """(s,) each: what gather points of vertices get of lobes by a Sun of 1 W/m2 in directions
         of the grid, before bounces, mean of the bands; None without lobes."""
-        found = []
+        of_nodes = []
         for node in nodes:
             made = partial(self._gathered, node, self._of_nodes([node])[node])
             lobes = self._at_vertices.get(node, made).lobes
             if lobes is None:
                 return None
-            found.append(lobes)
-        return found
+            of_nodes.append(lobes)
+        return of_nodes
 
     def parts_left(self, node: Node) -> int:
         """How many parts of what vertices get from a direction of the grid are to be made."""
@@ -232,8 +232,8 @@ class PrecomputedResponse:
             try:
                 next(gathering)
             except StopIteration as end:
-                found: _AtVertices = end.value
-                return found
+                at_vertices: _AtVertices = end.value
+                return at_vertices
 
     def _empty_rows(self) -> Array32:
         """(k, 4) of all vertices, then of all nodes, each filled up to whole rows."""

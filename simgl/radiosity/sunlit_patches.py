@@ -55,12 +55,12 @@ class HiddenPatches:
 
     samples : (p, n) which of their sample points that the Sun would reach
     cosines : (p,) of the mean cosine of each, as if hidden evenly in its lit part
-    whole : (p,) whether they take all of it
+    entire : (p,) whether they take all of it
     """
 
     samples: Mask
     cosines: Array32
-    whole: Mask
+    entire: Mask
 
 
 class SunlitPatches:
@@ -105,7 +105,7 @@ class SunlitPatches:
         return HiddenPatches(
             samples=blocked & sunlit.lit,
             cosines=sunlit.cosines * blocked.mean(axis=1, dtype=np.float32),
-            whole=np.asarray(blocked.all(axis=1)),
+            entire=np.asarray(blocked.all(axis=1)),
         )
 
     def _blocked(self, direction: Array, cosines: Array32, blockers: Sequence[Blocker]) -> Mask:
@@ -164,7 +164,7 @@ class SunlitPatches:
         hidden : what they take there from patches
         """
         direction, patch = direction_of(node), cells.patch[chosen]
-        taken = hidden.whole[patch]
+        taken = hidden.entire[patch]
         asked = np.flatnonzero(~taken)
         for blocker in blockers:
             taken[asked] |= hidden_behind(cells.points[chosen[asked]], direction, blocker)
