@@ -9,7 +9,7 @@ stand to each other alone, and is known again while they do.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from scipy import sparse
@@ -18,6 +18,7 @@ from simgl.arrays import Array, Array32, IndexArray
 from simgl.radiosity.gather_points import unit_rows
 from simgl.radiosity.hemisphere import CELLS_ACROSS, SKY_CELLS, sky_cell
 from simgl.radiosity.light_transport import matrix_nbytes
+from simgl.radiosity.lobes_to_others import Blocks, SentLobes, blocks_of, sent_lobes
 from simgl.radiosity.near_body import NearBody
 from simgl.radiosity.patches import SAMPLES
 from simgl.radiosity.path_pairs import Clusters, PairEntries, SeenPairs
@@ -26,6 +27,9 @@ from simgl.rays import ray_tracer
 # Clusters are so wide for each metre of their distance from the other spacecraft, and at most so
 # many: as many as make so many pairs with its places, within these limits.
 _WIDTH, _PAIRS, _LIMITS = 0.25, 800_000, (64, 1024)
+# Parts of clusters and blocks of places between which a lobe is even are so much of their distance
+# wide; at most so many parts, blocks, and pairs of the two.
+_OF_LOBES, _MAX_PARTS, _BLOCKS, _LOBES = 0.1, 1024, (16, 256), 20_000
 # Clusters that would fill less of a hemisphere do not count. They are looked for from so many
 # places together, few enough for the processor's cache.
 _SMALLEST, _ROWS = 1e-6, 2048
@@ -46,6 +50,7 @@ class LightPath:
     cells : (k,) of the receiver's sky, before which the clusters stand that places see; -1 where
         they stand before the receiver itself
     patches : number of the receiver's
+    lobes : of the glossy parts of clusters; None where there are none
     """
 
     samples: IndexArray
@@ -57,12 +62,21 @@ class LightPath:
     at_patches: SeenPairs
     cells: IndexArray
     patches: int
+    lobes: SentLobes | None
 
     @property
     def nbytes(self) -> int:
         """Size of its arrays."""
         pairs = len(self.at_places.point) + len(self.at_patches.point)
-        return 48 * pairs + self.cells.nbytes + matrix_nbytes(self.means)
+        of_lobes = 0 if self.lobes is None else 8 * pairs + matrix_nbytes(self.lobes.means)
+        return 48 * pairs + self.cells.nbytes + matrix_nbytes(self.means) + of_lobes
+
+    def means_of_patches(self, weights: Array32) -> sparse.csr_matrix:
+        """(c, p) csr, of what is alike on each of the sender's patches, the mean in each cluster by
+        weights (n,) of the samples."""
+        entries = self.means.data * np.take(weights, self.means.indices)
+        patch = np.take(self.samples // SAMPLES, self.means.indices)
+        return sparse.csr_matrix((entries, patch, self.means.indptr), shape=self.senders.shape)
 
     @cached_property
     def clusters_at_places(self) -> PairEntries:
@@ -76,6 +90,19 @@ class LightPath:
         return self.at_patches.entries(
             self.at_patches.cluster, (self.patches, len(self.clusters.areas))
         )
+
+    @cached_property
+    def lobes_at_places(self) -> PairEntries:
+        """(s, l) the lobes of clusters that places see, where there are any."""
+        assert self.lobes is not None
+        rows, blocks = len(self.at_places.points), self.lobes.blocks.of_places
+        return self.lobes.entries(self.at_places, rows, blocks)
+
+    @cached_property
+    def lobes_at_patches(self) -> PairEntries:
+        """(q, l) those that patches see."""
+        assert self.lobes is not None
+        return self.lobes.entries(self.at_patches, self.patches, self.lobes.blocks.of_points)
 
     @cached_property
     def sky_at_places(self) -> PairEntries:
@@ -114,6 +141,16 @@ class PosedPath:
     def to_places(self) -> sparse.csr_matrix:
         """(s, c) csr, the same of the places."""
         return self.path.clusters_at_places.matrix(self._to_places)
+
+    @cached_property
+    def lobes_to_patches(self) -> sparse.csr_matrix:
+        """(q, l) csr, the same of the lobes of clusters at patches."""
+        return self.path.lobes_at_patches.matrix(self._to_patches)
+
+    @cached_property
+    def lobes_to_places(self) -> sparse.csr_matrix:
+        """(s, l) csr, the same of the places."""
+        return self.path.lobes_at_places.matrix(self._to_places)
 
     @cached_property
     def hides(self) -> sparse.csr_matrix:
@@ -156,7 +193,7 @@ def light_path(receiver: NearBody, sender: NearBody, sender_from_receiver: Array
     turn, shift = sender_from_receiver[:3, :3], sender_from_receiver[:3, 3]
     open_ = _towards(sender, receiver, turn, shift)
     samples, part = sender.samples[3][open_], sender.samples[2][open_]
-    number = _clustered(receiver, sender, open_, sender_from_receiver)
+    number, finer = _clustered(receiver, sender, open_, sender_from_receiver)
     count = int(number.max(initial=-1)) + 1
     areas = np.bincount(number, part, minlength=count)
     means = sparse.csr_matrix(
@@ -194,20 +231,37 @@ def light_path(receiver: NearBody, sender: NearBody, sender_from_receiver: Array
         at_patches=at_patches,
         cells=np.where(at_places.behind < 0, cells, -1),
         patches=len(receiver.transport.areas),
+        lobes=sent_lobes(sender, open_, number, finer, partial(_blocks, pose, points)),
     )
+
+
+def _blocks(pose: tuple[NearBody, NearBody, Array], points: Array32, parts: int) -> Blocks:
+    """Of the places of a receiver and of points (n, 3) of its patches, for so many parts of a
+    sender."""
+    receiver, sender, sender_from_receiver = pose
+    turn, shift = sender_from_receiver[:3, :3], sender_from_receiver[:3, 3]
+    places = receiver.places[0]
+    both = np.concatenate([places, points])
+    distance = np.maximum(_distance(sender, both @ turn.T + shift), _nearest(receiver, sender))
+    limit = int(np.clip(_LOBES // parts, *_BLOCKS))
+    number = clusters_of(both, np.zeros_like(both), _OF_LOBES * distance, limit)
+    return blocks_of(places, points, number)
 
 
 def _clustered(
     receiver: NearBody, sender: NearBody, open_: IndexArray, sender_from_receiver: Array
-) -> IndexArray:
-    """(n,) number of the cluster of each of some samples of the sender."""
+) -> tuple[IndexArray, IndexArray]:
+    """(n,) number of the cluster of each of some samples of the sender, and of the smaller part."""
     if len(open_) == 0:
-        return open_
+        return open_, open_
     turn, shift = sender_from_receiver[:3, :3], sender_from_receiver[:3, 3]
     points, normals = sender.samples[0][open_], sender.samples[1][open_]
     distance = np.maximum(_distance(receiver, (points - shift) @ turn), _nearest(receiver, sender))
     limit = int(np.clip(_PAIRS // len(receiver.places[0]), *_LIMITS))
-    return clusters_of(points, normals, distance, limit)
+    return (
+        clusters_of(points, normals, _WIDTH * distance, limit),
+        clusters_of(points, normals, _OF_LOBES * distance, _MAX_PARTS),
+    )
 
 
 def _distance(body: NearBody, points: Array) -> Array:
@@ -262,10 +316,10 @@ def _eight(corners: Array) -> Array:
     return np.stack([c.ravel() for c in np.meshgrid(*corners.T)], axis=1)
 
 
-def clusters_of(points: Array32, normals: Array32, distance: Array, limit: int) -> IndexArray:
+def clusters_of(points: Array32, normals: Array32, widths: Array, limit: int) -> IndexArray:
     """(n,) number of the cluster of each sample: those of one cell of space that face alike.
 
-    distance : (n,) from the other spacecraft [m]
+    widths : (n,) of cells, at least [m]
     limit : of the number of clusters
     """
     axis = np.argmax(np.abs(normals), axis=1)
@@ -273,9 +327,9 @@ def clusters_of(points: Array32, normals: Array32, distance: Array, limit: int) 
     low = points.min(axis=0)
     # One cell of this edge holds all of them.
     largest = int(np.ceil(np.log2(max(float((points.max(axis=0) - low).max()), 1e-6)))) + 1
-    width = _WIDTH
+    wider = 1.0
     while True:
-        level = np.minimum(np.ceil(np.log2(width * distance)).astype(np.int64), largest)
+        level = np.minimum(np.ceil(np.log2(wider * widths)).astype(np.int64), largest)
         cell = ((points - low) / np.exp2(level)[:, None]).astype(np.int64)
         across = int(cell.max()) + 1
         key = (level - level.min()) * 6 + side
@@ -284,7 +338,7 @@ def clusters_of(points: Array32, normals: Array32, distance: Array, limit: int) 
         _, number = np.unique(key, return_inverse=True)
         if int(number.max()) < limit:
             return np.asarray(number, dtype=np.int64)
-        width *= 1.3
+        wider *= 1.3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -1,7 +1,8 @@
-"""Glossy patches as receivers see them: from their middles, or sample point by sample point.
+"""Glossy patches as receivers see them: from their middles, or place by place.
 
 Where a patch is near, directions to a receiver differ over it: its sample points then send their
-light each, with their part of what the receiver sees of the patch.
+light each, with their part of what the receiver sees of the patch. Of a patch that covers much of
+the hemisphere, the cells do that which rays of the receiver met.
 """
 
 from __future__ import annotations
@@ -16,11 +17,11 @@ from simgl.arrays import Array, Array32, IndexArray, Mask
 from simgl.radiosity.gather_points import unit_rows
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.patches import SAMPLES
-from simgl.radiosity.reflection_laws import ReflectionLaws
+from simgl.radiosity.reflection_laws import ReflectionLaws, lost_by_widening
 
 # Patches whose radius is more than this share of their distance are seen sample point by sample
 # point.
-_WIDE = 0.3
+_WIDE = 0.2
 # Directions to neighbouring places lie about 1.8 radii of these apart. A lobe is this multiple of
 # the radius wide at least, so that what is seen of it does not depend on where they lie; but no
 # wider than that, however near they are.
@@ -29,8 +30,9 @@ _SMOOTH, _WIDEST = 1.0, 0.4
 _OF_RAY = 0.05
 # Sample points that cover less than this share of what a receiver sees of their patch are left out.
 _LITTLE = 0.02
-# Of patches that cover less than this share of the hemisphere one sample point stands for all.
-_FEW = 0.01
+# Of patches that cover less than this share of the hemisphere one sample point stands for all; of
+# those that cover more than that one, cells.
+_FEW, _MUCH = 0.01, 0.05
 # Of the angular radius of what a receiver sees of a place, its least height above that.
 _OF_TOUCHED = 0.5
 # Directions closer to a place's plane than this, or beyond it, count as if they were so far above:
@@ -43,7 +45,8 @@ class PlacePairs:
     """Places on glossy patches as receivers see them.
 
     count : of the receivers
-    receiver, place : (n,) of each pair; receivers ascending
+    first : (k + 1,) where the pairs of each place start
+    receiver : (n,) of each pair
     share : (n,) of the receiver's cosine-weighted hemisphere
     towards : (3, n) unit, to the receiver; lean : (n,) their cosines to the place's normal
     alpha2 : (n,) squared width of the lobe
@@ -51,8 +54,8 @@ class PlacePairs:
     """
 
     count: int
+    first: IndexArray
     receiver: IndexArray
-    place: IndexArray
     share: Array32
     towards: Array32
     lean: Array32
@@ -62,16 +65,18 @@ class PlacePairs:
     @property
     def nbytes(self) -> int:
         """Size of its arrays."""
-        arrays = (self.receiver, self.place, self.share, self.towards, self.lean)
+        arrays = (self.first, self.receiver, self.share, self.towards, self.lean)
         return sum(array.nbytes for array in (*arrays, self.alpha2, self.more))
 
 
 class GlossyPlaces:
-    """Middles and sample points of the patches of a body whose lobes are followed.
+    """Places on the patches of a body whose lobes are followed.
 
-    Places are the sample points of all of these patches, patch by patch, then their middles.
+    They are the sample points of all of these patches, patch by patch, then their middles, then
+    their cells.
 
     glossy : (g,) which patches; law_of_patch : (g,) of each
+    cells : (c,) which cells of the transport
     middle, normal : (g, 3) of each [m], float32
     """
 
@@ -80,6 +85,12 @@ class GlossyPlaces:
         law = np.argmax(transport.materials, axis=1)
         self.glossy = np.flatnonzero(laws.glossy[law])
         self.law_of_patch = law[self.glossy]
+        number = np.full(len(law), -1)
+        number[self.glossy] = np.arange(len(self.glossy))
+        none = np.zeros(0, dtype=np.int64)
+        of_cell = none if transport.cells is None else number[transport.cells.patch]
+        self.cells = np.flatnonzero(of_cell >= 0)
+        self._patch_of_cell = of_cell[self.cells]
         open_ = transport.point_open[self.glossy]
         weight = (open_ / np.maximum(open_.sum(axis=1), 1)[:, None]).astype(np.float32)
         self.middle = np.einsum("ps,psi->pi", weight, transport.points[self.glossy])
@@ -96,20 +107,24 @@ class GlossyPlaces:
         """Of the patches."""
         return len(self.glossy)
 
-    def pairs(self, seen: sparse.coo_matrix, places: Array, normals: Array) -> PlacePairs:
+    def pairs(
+        self,
+        seen: sparse.coo_matrix,
+        places: Array,
+        normals: Array,
+        cells: sparse.csr_matrix | None = None,
+    ) -> PlacePairs:
         """The patches that receivers see.
 
         seen : (r, g) share of the hemisphere of each receiver
         places, normals : (r, 3) of the receivers [m]
+        cells : (c, r) the same of ``cells``; None where they are not known
         """
         at, facing = places.astype(np.float32), normals.astype(np.float32)
-        order = np.argsort(seen.row, kind="stable")
-        row, patch = seen.row[order].astype(np.int64), seen.col[order].astype(np.int64)
-        share = seen.data[order]
+        row, patch, share = seen.row.astype(np.int64), seen.col.astype(np.int64), seen.data
         offset = at[row] - self.middle[patch]
         distance = np.maximum(_lengths(offset), np.float32(1e-9))
-        radius = self._radius
-        reach = radius[patch] / distance
+        reach = self._radius[patch] / distance
         near = reach > _WIDE
         far = ~near
         parts = [
@@ -119,13 +134,18 @@ class GlossyPlaces:
                 share[far],
                 offset[far] / distance[far, None],
                 reach[far],
-            ),
-            self._sampled(row[near], patch[near], share[near], at, facing, radius),
+            )
         ]
+        if cells is not None:
+            much = near & (share >= _MUCH)
+            in_cells = self._in_cells(row[much], patch[much], cells, at)
+            near &= ~np.isin(_keys(row, patch, self.count), in_cells[0])
+            parts.append(in_cells[1:])
+        parts.append(self._sampled(row[near], patch[near], share[near], at, facing, self._radius))
         row, place, share, towards, reach = (
             np.concatenate(values) for values in zip(*parts, strict=True)
         )
-        order = np.argsort(row, kind="stable")
+        order = np.argsort(place, kind="stable")
         row, place, share, towards, reach = (
             values[order] for values in (row, place, share, towards, reach)
         )
@@ -136,17 +156,37 @@ class GlossyPlaces:
         # A ray stands for a part of the hemisphere, and no lobe may be narrower than that.
         reach = np.maximum(reach, np.minimum(np.sqrt(share), _OF_RAY))
         width = np.minimum(_SMOOTH * reach, _WIDEST).astype(np.float32)
-        alpha2 = self._laws.alpha2[law] + self._bends[place]
+        bent = np.minimum(self._laws.alpha2[law] + self._bends[place], np.float32(1.0))
+        alpha2 = np.maximum(bent, width * width)
         return PlacePairs(
             count=seen.shape[0],
+            first=np.searchsorted(place, np.arange(len(self.law) + 1)),
             receiver=row.astype(np.int32),
-            place=place,
-            share=share.astype(np.float32),
+            share=(share * lost_by_widening(bent, alpha2)).astype(np.float32),
             towards=np.ascontiguousarray(towards.T, dtype=np.float32),
             lean=lean,
-            alpha2=np.minimum(np.maximum(alpha2, width * width), np.float32(1.0)),
+            alpha2=alpha2,
             more=self._laws.more(law, lean),
         )
+
+    def _in_cells(
+        self, row: IndexArray, patch: IndexArray, cells: sparse.csr_matrix, places: Array32
+    ) -> tuple[IndexArray, IndexArray, IndexArray, Array32, Array32, Array32]:
+        """Which pairs of a receiver and a patch are seen in cells, by ``_keys``, and the cells."""
+        of_transport = self._transport.cells
+        assert of_transport is not None
+        seen = cells.tocoo()
+        key = _keys(seen.col, self._patch_of_cell[seen.row], self.count)
+        held = np.isin(key, _keys(row, patch, self.count))
+        cell, receiver = seen.row[held], seen.col[held].astype(np.int64)
+        offset = places[receiver] - of_transport.points[self.cells[cell]]
+        on = self._patch_of_cell[cell]
+        radius = self._radius[on] / np.sqrt(np.bincount(self._patch_of_cell)[on])
+        distance = np.maximum(_lengths(offset), np.float32(1e-3) * self._radius[on])
+        place = (SAMPLES + 1) * len(self.glossy) + cell.astype(np.int64)
+        towards, reach = offset / distance[:, None], radius / distance
+        reach = reach.astype(np.float32)
+        return np.unique(key[held]), receiver, place, seen.data[held], towards, reach
 
     def _sampled(
         self,
@@ -180,23 +220,27 @@ class GlossyPlaces:
     def normals(self) -> Array32:
         """(k, 3) of the places."""
         samples = self._transport.normals[self.glossy].reshape(-1, 3)
-        return np.concatenate([samples, self.normal])
+        cells = self._transport.cells
+        of_cells = samples[:0] if cells is None else cells.normals[self.cells]
+        return np.concatenate([samples, self.normal, of_cells])
 
     @cached_property
     def law(self) -> IndexArray:
         """(k,) of the places."""
-        return np.concatenate([np.repeat(self.law_of_patch, SAMPLES), self.law_of_patch])
+        return self.law_of_patch[self.patch]
 
     @cached_property
     def _bends(self) -> Array32:
-        flat = np.zeros(SAMPLES * len(self.glossy), dtype=np.float32)
-        return np.concatenate([flat, self._bend2])
+        bends = np.zeros(len(self.patch), dtype=np.float32)
+        samples = SAMPLES * len(self.glossy)
+        bends[samples : samples + len(self.glossy)] = self._bend2
+        return bends
 
     @cached_property
     def patch(self) -> IndexArray:
         """(k,) of the places, in the order of ``glossy``."""
         number = np.arange(len(self.glossy))
-        return np.concatenate([np.repeat(number, SAMPLES), number])
+        return np.concatenate([np.repeat(number, SAMPLES), number, self._patch_of_cell])
 
 
 def above(
@@ -209,6 +253,11 @@ def above(
     raised /= np.maximum(_lengths(raised), np.float32(1e-9))[:, None]
     cosine = np.einsum("ni,ni->n", raised, normals)
     return raised, np.maximum(cosine, np.float32(0.5 * GRAZING))
+
+
+def _keys(row: IndexArray, patch: IndexArray, count: int) -> IndexArray:
+    """(n,) one number for each pair of a row and one of ``count`` patches."""
+    return np.asarray(row.astype(np.int64) * count + patch)
 
 
 def _lengths(vectors: Array32) -> Array32:

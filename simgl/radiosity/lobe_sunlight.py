@@ -14,16 +14,16 @@ from itertools import pairwise
 import numpy as np
 from scipy import sparse
 
-from simgl.arrays import Array, Array32, Mask
+from simgl.arrays import Array, Array32, IndexArray, Mask
 from simgl.radiosity.gather_points import unit_rows
 from simgl.radiosity.glossy_places import GlossyPlaces, PlacePairs, above
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.near_means import gather_places
 from simgl.radiosity.reflection_laws import ReflectionLaws, lobe_towards, lost_by_widening
-from simgl.radiosity.sunlit_patches import Sunlit
+from simgl.radiosity.sunlit_patches import HiddenPatches, Sunlit
 
-# Of the work for one direction of the Sun.
-PARTS = 4
+# Of the work for one direction of the Sun, for vertices and for grids each.
+PARTS = 2
 # Of how directions spread about their mean, what widens lobes: slopes are half as wide.
 _OF_SPREAD = 0.25
 # Patches that get less of others than this, by a Sun of 1 W/m2, send that on evenly.
@@ -34,19 +34,29 @@ _AT_ONCE = 16_384
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _LightOfPlaces:
-    """Light that falls on places, from one direction each.
+    """Light that falls on some places, from one direction each.
 
-    counts : (k,) whether it is to be followed
+    places : (k,) which, ascending
     direction : (3, k) unit, where it comes from; facing : (k,) its cosine to the normal
     spread2 : (k,) what it widens the squared widths of lobes by; None for nothing
     sent : irradiance (k, 4) [W m-2], that times f0 and that times f0^2
     """
 
-    counts: Mask
+    places: IndexArray
     direction: Array32
     facing: Array32
     spread2: Array32 | None
     sent: tuple[Array32, Array32, Array32]
+
+    def part(self, start: int, end: int) -> _LightOfPlaces:
+        """That of some of the places."""
+        return _LightOfPlaces(
+            places=self.places[start:end],
+            direction=self.direction[:, start:end],
+            facing=self.facing[start:end],
+            spread2=None if self.spread2 is None else self.spread2[start:end],
+            sent=(self.sent[0][start:end], self.sent[1][start:end], self.sent[2][start:end]),
+        )
 
 
 class LobeSunlight:
@@ -64,27 +74,54 @@ class LobeSunlight:
         return self._places.count > 0
 
     @property
+    def cells(self) -> IndexArray:
+        """(c,) which of the transport's cells send light by themselves."""
+        return self._places.cells
+
+    @property
     def nbytes(self) -> int:
         """Size of its arrays, which it makes at the latest now."""
-        return self._to_points.nbytes + self._to_patches.nbytes
+        of_points = sum(pairs.nbytes for pairs in self._to_points)
+        return of_points + self._to_patches.nbytes
 
-    def at_points(self, sunlit: Sunlit, direction: Array) -> Iterator[Array32]:
-        """(s + g, 4) ``PARTS`` of what gather points, of vertices and then of grids, get of the
-        lobes of a Sun of 1 W/m2.
+    @property
+    def parts(self) -> int:
+        """Of ``at_points``."""
+        return PARTS * len(self._to_points)
+
+    def at_points(
+        self, sunlit: Sunlit, direction: Array, on_cells: Array32 | None
+    ) -> Iterator[tuple[int, Array32]]:
+        """What gather points, of vertices and then of grids, get of the lobes of a Sun of 1 W/m2,
+        in parts: the first point, and (n, 4) more from that on.
 
         direction : (3,) unit, towards the Sun
+        on_cells : of ``cells`` their cosines to it, 0 in shadow; None without cells
         """
-        pairs, light = self._to_points, self._sunlight(sunlit, direction)
-        for start, end in pairwise(
-            np.linspace(0, len(pairs.place), PARTS + 1).astype(int).tolist()
-        ):
-            yield self._sent(pairs, light, start, end)
+        light, start = self._sunlight(sunlit.lit, sunlit.cosines, direction, on_cells), 0
+        for pairs in self._to_points:
+            number = np.cumsum(np.diff(pairs.first)[light.places])
+            ends = np.searchsorted(number, np.linspace(0, number[-1:].sum(), PARTS + 1)[1:-1])
+            for first, end in pairwise((0, *ends.tolist(), len(number))):
+                yield start, self._sent(pairs, light.part(first, end))
+            start += pairs.count
 
     def at_patches(self, sunlit: Sunlit, direction: Array, evenly: Array32) -> Array32:
         """(p, 4) the same of patches."""
         even = self._transport.form_factors @ evenly
-        pairs, light = self._to_patches, self._sunlight(sunlit, direction)
-        return self._sent(pairs, light, 0, len(pairs.place)) - even
+        light = self._sunlight(sunlit.lit, sunlit.cosines, direction, None)
+        return self._sent(self._to_patches, light) - even
+
+    def hidden_at_vertices(
+        self, hidden: HiddenPatches, direction: Array, on_cells: Array32 | None
+    ) -> Array32:
+        """(s,) what gather points of vertices would get of the lobes of light that others take
+        from a Sun of 1 W/m2, mean of the bands.
+
+        on_cells : as of ``at_points``, where that light is taken
+        """
+        light = self._sunlight(hidden.samples, hidden.cosines, direction, on_cells)
+        return self._sent(self._to_points[0], light).mean(axis=1)
 
     def again_at_vertices(self, exitance: Array32) -> Array32:
         """(s, 4) what gather points of vertices get more than if lobes sent evenly what they get of
@@ -92,25 +129,33 @@ class LobeSunlight:
 
         exitance : (p, 4) of the patches [W m-2]
         """
-        vertices = self._transport.gather.shape[0]
-        end = int(np.searchsorted(self._to_points.receiver, vertices))
         light, evenly = self._light_of_others(exitance)
-        sent = self._sent(self._to_points, light, 0, end)[:vertices]
+        sent = self._sent(self._to_points[0], light)
         return np.asarray(sent - self._transport.sun_gather @ evenly)
 
     def again_at_patches(self, exitance: Array32) -> Array32:
         """(p, 4) the same of patches."""
-        pairs, (light, evenly) = self._to_patches, self._light_of_others(exitance)
-        sent = self._sent(pairs, light, 0, len(pairs.place))
+        light, evenly = self._light_of_others(exitance)
+        sent = self._sent(self._to_patches, light)
         return np.asarray(sent - self._transport.form_factors @ evenly)
 
     @cached_property
-    def _to_points(self) -> PlacePairs:
-        transport = self._transport
-        matrices = [transport.sun_gather.tocsr()[:, self._places.glossy]]
+    def _to_points(self) -> list[PlacePairs]:
+        """To those of vertices and, where there are any, of grids."""
+        transport, start, of_points = self._transport, 0, []
+        at, normals = gather_places(transport)
+        matrices = [transport.sun_gather]
         if transport.grids is not None:
-            matrices.append(transport.grids.gather.tocsr()[:, self._places.glossy])
-        return self._places.pairs(sparse.vstack(matrices, format="coo"), *gather_places(transport))
+            matrices.append(transport.grids.gather)
+        for gather in matrices:
+            part = slice(start, start + gather.shape[0])
+            cells = None
+            if transport.cells is not None:
+                cells = transport.cells.gather[self._places.cells, part]
+            seen = gather.tocsr()[:, self._places.glossy].tocoo()
+            of_points.append(self._places.pairs(seen, at[part], normals[part], cells))
+            start = part.stop
+        return of_points
 
     @cached_property
     def _to_patches(self) -> PlacePairs:
@@ -133,14 +178,22 @@ class LobeSunlight:
         ]
         return seen.tocsr(), towards
 
-    def _sunlight(self, sunlit: Sunlit, direction: Array) -> _LightOfPlaces:
-        """The light of a Sun of 1 W/m2."""
-        facing = np.maximum(self._places.normals @ direction, 0.0).astype(np.float32)
-        lit = (sunlit.lit & self._transport.point_open)[self._places.glossy].ravel()
-        arriving = np.concatenate([facing[: len(lit)] * lit, sunlit.cosines[self._places.glossy]])
-        towards = np.broadcast_to(direction.astype(np.float32), (len(arriving), 3))
-        irradiance = np.broadcast_to(arriving[:, None], (len(arriving), 4))
-        return self._light_of_places(irradiance, arriving > 0.0, towards, None)
+    def _sunlight(
+        self, samples: Mask, cosines: Array32, direction: Array, on_cells: Array32 | None
+    ) -> _LightOfPlaces:
+        """The light of a Sun of 1 W/m2 on sample points (p, n), on patches by their mean cosines
+        (p,), and on cells; not on these where they are not asked for."""
+        glossy = self._places.glossy
+        lit = (samples & self._transport.point_open)[glossy].ravel()
+        towards = direction.astype(np.float32)
+        facing = np.maximum(self._places.normals[: len(lit)] @ towards, 0.0)
+        arriving = [facing * lit, cosines[glossy]]
+        if on_cells is not None:
+            arriving.append(on_cells)
+        of_places = np.concatenate(arriving)
+        places = np.flatnonzero(of_places > 0.0)
+        irradiance = np.broadcast_to(of_places[places, None], (len(places), 4))
+        return self._light_of_places(places, irradiance, np.tile(towards, (len(places), 1)), None)
 
     def _light_of_others(self, exitance: Array32) -> tuple[_LightOfPlaces, Array32]:
         """The light of other patches (p, 4), and what lobes send of it if evenly (p, 4).
@@ -159,10 +212,11 @@ class LobeSunlight:
         evenly[self._places.glossy] = self._laws.lobe_albedo[self._places.law_of_patch] * irradiance
         alpha2 = self._laws.alpha2[self._places.law_of_patch]
         remaining = lost_by_widening(alpha2, np.minimum(alpha2 + spread2, np.float32(1.0)))
-        patch = self._places.patch
+        places = np.flatnonzero((irradiance.max(axis=1) > _DIM)[self._places.patch])
+        patch = self._places.patch[places]
         light = self._light_of_places(
+            places,
             (remaining[:, None] * irradiance)[patch],
-            (irradiance.max(axis=1) > _DIM)[patch],
             from_.T[patch],
             spread2[patch],
         )
@@ -170,29 +224,33 @@ class LobeSunlight:
 
     def _light_of_places(
         self,
+        places: IndexArray,
         irradiance: Array32,
-        counts: Mask,
         towards: Array32,
         spread2: Array32 | None,
     ) -> _LightOfPlaces:
-        f0 = self._laws.f0[self._places.law]
+        f0 = self._laws.f0[self._places.law[places]]
         sent = irradiance, f0 * irradiance, f0 * f0 * irradiance
-        raised, facing = above(towards, self._places.normals)
+        raised, facing = above(towards, self._places.normals[places])
         return _LightOfPlaces(
-            counts=counts,
+            places=places,
             direction=np.ascontiguousarray(raised.T),
             facing=facing,
             spread2=spread2,
             sent=sent,
         )
 
-    def _sent(self, pairs: PlacePairs, light: _LightOfPlaces, start: int, end: int) -> Array32:
-        """(r, 4) what receivers get of lobes by some of the pairs [W m-2]."""
-        chosen = start + np.flatnonzero(light.counts.take(pairs.place[start:end]))
+    def _sent(self, pairs: PlacePairs, light: _LightOfPlaces) -> Array32:
+        """(r, 4) what receivers get of lobes [W m-2]."""
+        number = np.diff(pairs.first)[light.places]
+        ends = np.append(0, np.cumsum(number))
+        # Pairs of these places one after the other, and the place of each by its number here.
+        chosen = np.arange(ends[-1]) + np.repeat(pairs.first[light.places] - ends[:-1], number)
+        of_pair = np.repeat(np.arange(len(number)), number)
         straight, grazing = np.empty((2, len(chosen)), dtype=np.float32)
         for first in range(0, len(chosen), _AT_ONCE):
-            block = chosen[first : first + _AT_ONCE]
-            place = pairs.place.take(block)
+            part = slice(first, first + _AT_ONCE)
+            block, place = chosen[part], of_pair[part]
             x, y, z = (
                 light.direction[i].take(place) * pairs.towards[i].take(block) for i in range(3)
             )
@@ -203,21 +261,16 @@ class LobeSunlight:
             lobe, schlick = lobe_towards(alpha2, facing, lean, x + y + z)
             lobe *= pairs.share.take(block)
             schlick *= lobe
-            grazing[first : first + len(block)] = schlick
-            np.subtract(lobe, schlick, out=straight[first : first + len(block)])
-        place, receiver = pairs.place.take(chosen), pairs.receiver.take(chosen)
-        heads = np.flatnonzero(np.diff(receiver, prepend=-1))
-        ends, shape = np.append(heads, len(chosen)), (len(heads), len(light.counts))
+            grazing[part] = schlick
+            np.subtract(lobe, schlick, out=straight[part])
+        receiver, shape = pairs.receiver.take(chosen), (pairs.count, len(number))
 
         def sums(weights: Array32, sent: Array32) -> Array32:
-            return np.asarray(sparse.csr_matrix((weights, place, ends), shape=shape) @ sent)
+            return np.asarray(sparse.csc_matrix((weights, receiver, ends), shape=shape) @ sent)
 
         arriving = sums(grazing, light.sent[0])
         if self._laws.conserving.any():
             more = pairs.more.take(chosen)
             arriving += sums(straight * more, light.sent[2])
             straight += grazing * more
-        arriving += sums(straight, light.sent[1])
-        all_light = np.zeros((pairs.count, 4), dtype=np.float32)
-        all_light[receiver[heads]] = arriving
-        return all_light
+        return np.asarray(arriving + sums(straight, light.sent[1]))

@@ -12,6 +12,7 @@ from simgl.radiosity.gather_points import LIFT, face_normals, unit_rows
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.occlusion import inside_others
 from simgl.radiosity.patches import SAMPLES
+from simgl.radiosity.reflection_laws import ReflectionLaws
 from simgl.radiosity.transport_store import lit_mesh
 from simgl.rays import AnyRayTracer, RayTracer, ray_tracer
 from simgl.scene.mesh import Mesh
@@ -22,17 +23,19 @@ from simgl.scene.spacecraft import SpacecraftModel
 class NearBody:
     """A spacecraft with its transport, as others near it see it, in its own axes.
 
+    laws : of its materials
     standing : (s,) of ``standing_rows``
     """
 
     model: SpacecraftModel
     transport: LightTransport
+    laws: ReflectionLaws
     standing: IndexArray
 
     @property
-    def key(self) -> tuple[str, str]:
+    def key(self) -> tuple[str, str, str]:
         """Equal for equal bodies at equal poses."""
-        return self.transport.digest, self.model.posed_mesh.digest
+        return self.transport.digest, self.model.posed_mesh.digest, self.model.surface_digest
 
     @cached_property
     def places(self) -> tuple[Array32, Array32, IndexArray]:

@@ -24,6 +24,7 @@ from simgl.radiosity.near_body import NearBody, standing_rows
 from simgl.radiosity.patch_light import PatchLight
 from simgl.radiosity.pose_steps import in_steps
 from simgl.radiosity.posed_transport import PosedTransport
+from simgl.radiosity.reflection_laws import ReflectionLaws
 from simgl.radiosity.sky_cells import sky_cells
 from simgl.radiosity.third_bodies import third_bodies, unhidden
 from simgl.radiosity.transport_store import MAX_BYTES, STEPS, TransportStore
@@ -74,11 +75,25 @@ class _Way:
     posed: PosedPath
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Sunlit:
+    """The light that leaves a body: large patches of a hull bend, and their mean is not what is
+    seen of the Sun's light before any bounce.
+
+    rest : (p, 4) exitance but for that [W m-2]
+    evenly : (p, 4) what leaves evenly of that where the Sun stands above [W m-2]; None without it
+    """
+
+    rest: Array32
+    evenly: Array32 | None
+
+
 class MutualLight:
     """The light of bodies after all journeys between them.
 
     isolated : with the light that each would have without the others
     sent : (c, 4) exitance of the clusters of each way [W m-2]
+    lobes : what their lobes send, as of ``SentLobes``; None without them
     more : (p, 4) what that adds to the exitance of each body [W m-2]
     """
 
@@ -88,14 +103,15 @@ class MutualLight:
         isolated: Sequence[IsolatedLight],
         ways: Sequence[_Way],
         sent: Sequence[Array32],
+        lobes: Sequence[Array32 | None],
         more: Sequence[Array32],
     ) -> None:
         self._bodies, self._more = bodies, more
         self._skies = [one.sky for one in isolated]
         self._undisturbed = [one.exitance for one in isolated]
         self._arriving = [
-            (way.pair.receiver, np.float32(way.pair.weight), way.posed, light)
-            for way, light in zip(ways, sent, strict=True)
+            (way.pair.receiver, np.float32(way.pair.weight), way.posed, light, of_lobes)
+            for way, light, of_lobes in zip(ways, sent, lobes, strict=True)
         ]
 
     def received(self, number: int) -> FromNeighbours:
@@ -106,10 +122,12 @@ class MutualLight:
         sky = self._skies[number]
         cells = None if sky is None else sky_cells(sky).mean(axis=1)
         leaving = self._undisturbed[number] + self._more[number]
-        for receiver, weight, posed, sent in self._arriving:
+        for receiver, weight, posed, sent, of_lobes in self._arriving:
             if receiver != number:
                 continue
             light += posed.to_places @ (weight * sent)
+            if of_lobes is not None:
+                light += posed.lobes_to_places @ (weight * of_lobes)
             if posed.hides_from_places.nnz:
                 light -= posed.hides_from_places @ (weight * leaving)
             if cells is not None:
@@ -153,57 +171,70 @@ class NeighbourLight:
         bodies = [self._body(one) for one in isolated]
         ways = [self._way(isolated, bodies, pair) for pair in pairs]
         sunlit = [self._sunlit(one) for one in isolated]
-        sent = []
+        sent, lobes = [], []
         for way in ways:
-            rest, samples = sunlit[way.pair.sender]
-            first = way.path.senders @ rest
-            if samples is not None:
-                first += way.path.means @ np.take(samples, way.path.samples, axis=0)
-            sent.append(first)
+            number = way.pair.sender
+            laws = bodies[number].laws
+            evenly, of_lobes = self._sent_first(way, isolated[number], laws, sunlit[number])
+            sent.append(evenly)
+            lobes.append(of_lobes)
         more = [np.zeros_like(one.exitance) for one in isolated]
         added, bounced = sent, {i: one.exitance for i, one in enumerate(isolated)}
+        arriving_lobes = lobes
         for _ in range(_MAX_JOURNEYS):
-            bounced = self._bounced(isolated, more, ways, (added, bounced))
+            bounced = self._bounced(isolated, more, ways, (added, arriving_lobes, bounced))
             if not bounced:
                 break
             for number, light in bounced.items():
                 more[number] = more[number] + light
             added = [_sent_on(way, bounced) for way in ways]
+            arriving_lobes = [None] * len(ways)
             sent = [a + b for a, b in zip(sent, added, strict=True)]
-        return MutualLight(bodies, isolated, ways, sent, more)
+        return MutualLight(bodies, isolated, ways, sent, lobes, more)
 
-    def _sunlit(self, one: IsolatedLight) -> tuple[Array32, Array32 | None]:
-        """(p, 4) exitance but for the Sun's light before any bounce, and (p * n, 4) that light at
-        the sample points: large patches of a hull bend, and their mean is not what is seen."""
+    def _sunlit(self, one: IsolatedLight) -> _Sunlit:
         sun = one.incident.sun_irradiance.astype(np.float32)
         if not sun.any():
-            return one.exitance, None
-        direct = sun * self._light.of_direct_sun(one.model, one.transport, one.incident)
-        cosines = self._light.sun_at_samples(one.model, one.transport, one.incident)
-        number = np.maximum(one.transport.point_open.sum(axis=1), 1)
-        mean = cosines.sum(axis=1, dtype=np.float32) / number.astype(np.float32)
-        of_cosine = direct / np.maximum(mean, np.float32(1e-9))[:, None]
-        at_samples = cosines[:, :, None] * of_cosine[:, None]
-        return one.exitance - direct, at_samples.reshape(-1, 4)
+            return _Sunlit(rest=one.exitance, evenly=None)
+        direct, even = self._light.direct_and_even(one.model, one.transport, one.incident)
+        return _Sunlit(rest=one.exitance - sun * direct, evenly=sun * even)
+
+    def _sent_first(
+        self, way: _Way, one: IsolatedLight, laws: ReflectionLaws, sunlit: _Sunlit
+    ) -> tuple[Array32, Array32 | None]:
+        """(c, 4) exitance of the clusters of a way [W m-2], and what their lobes send, as of
+        ``SentLobes``; None without them."""
+        path, first = way.path, way.path.senders @ sunlit.rest
+        if sunlit.evenly is None:
+            return first, None
+        incident = one.incident
+        cosines = self._light.sun_at_samples(one.model, one.transport, incident, path.samples)
+        first += path.means_of_patches(cosines) @ sunlit.evenly
+        if path.lobes is None:
+            return first, None
+        sun = incident.sun_direction, incident.sun_irradiance
+        return first, path.lobes.light(laws, way.posed.sender_from_receiver, sun, cosines)
 
     def _bounced(
         self,
         isolated: Sequence[IsolatedLight],
         more: Sequence[Array32],
         ways: Sequence[_Way],
-        last: tuple[Sequence[Array32], Mapping[int, Array32]],
+        last: tuple[Sequence[Array32], Sequence[Array32 | None], Mapping[int, Array32]],
     ) -> dict[int, Array32]:
         """(p, 4) exitance that light just sent adds to bodies, where it is not too little beside
         their own and what others have added so far.
 
-        last : (c, 4) that light, of each way, and (p, 4) what the exitance of bodies rose by, of
-            which others hide a part from themselves
+        last : (c, 4) that light, of each way, that of lobes, and (p, 4) what the exitance of bodies
+            rose by, of which others hide a part from themselves
         """
         arriving: dict[int, Array32] = {}
-        sent, risen = last
-        for way, light in zip(ways, sent, strict=True):
+        sent, lobes, risen = last
+        for way, light, of_lobes in zip(ways, sent, lobes, strict=True):
             number, part = way.pair.receiver, np.float32(way.pair.weight)
             at = way.posed.to_patches @ (part * light)
+            if of_lobes is not None:
+                at += way.posed.lobes_to_patches @ (part * of_lobes)
             if number in risen and way.posed.hides_from_patches.nnz:
                 at -= way.posed.hides_from_patches @ (part * risen[number])
             arriving[number] = arriving[number] + at if number in arriving else at
@@ -231,12 +262,14 @@ class NeighbourLight:
             transport = posed
         else:
             coarse = model.coarsely_posed(STEPS["exact"])
-        key = transport.digest, coarse.posed_mesh.digest, model.open_sheets
+        meshes = transport.digest, coarse.posed_mesh.digest
+        key = *meshes, model.open_sheets, model.surface_digest
 
         def near_body() -> NearBody:
             of_mesh = transport.mesh.digest, transport.sides
             standing = self._standing.get(of_mesh, lambda: standing_rows(transport))
-            return NearBody(model=coarse, transport=transport, standing=standing)
+            laws = self._light.laws(model, transport)
+            return NearBody(model=coarse, transport=transport, laws=laws, standing=standing)
 
         return self._bodies.get(key, near_body)
 

@@ -2,28 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Sequence
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
-from simgl.arrays import Array, Array32
+from simgl.arrays import Array, Array32, IndexArray
 from simgl.environment_map import SkyRadiance
 from simgl.lru_cache import MANY, LruCache
+from simgl.radiosity.hidden_sunlight import HiddenSunlight
 from simgl.radiosity.incident_light import IncidentLight, Neighbour
 from simgl.radiosity.lamp_light import LampLight, reaches_into
 from simgl.radiosity.light_transport import LightTransport
+from simgl.radiosity.patches import SAMPLES
 from simgl.radiosity.posed_transport import PosedTransport
 from simgl.radiosity.precomputed_response import (
     BYTES_OF_PATCH,
     BYTES_OF_VERTEX,
     GatheredSunlight,
     PrecomputedResponse,
-    share_left,
 )
+from simgl.radiosity.reflection_laws import ReflectionLaws
 from simgl.radiosity.solver import Reflectors, radiosity, reflectors
-from simgl.radiosity.sunlit_patches import Node, SunlitPatches, grid_corners
+from simgl.radiosity.sunlit_patches import SunlitPatches
 from simgl.radiosity.transport_store import MAX_BYTES
 from simgl.scene.mean_materials import mean_materials
 from simgl.scene.spacecraft import SpacecraftModel
@@ -42,6 +44,7 @@ class _Surface:
     reflectors: Reflectors
     response: PrecomputedResponse
     sunlit: SunlitPatches
+    hidden: HiddenSunlight
     lamps: LampLight
 
 
@@ -81,7 +84,6 @@ class PatchLight:
     def __init__(self) -> None:
         self._surfaces = LruCache[tuple[object, ...], _Surface](MANY, max_bytes=MAX_BYTES)
         self._cosines = LruCache[tuple[Hashable, ...], Array32](_MAX_COSINES)
-        self._hidden_nodes = LruCache[tuple[Hashable, ...], Array32](_MAX_COSINES)
 
     def reserve(self, bodies: int) -> None:
         """So many, the last ones, stay in memory whatever their size."""
@@ -115,9 +117,7 @@ class PatchLight:
         if incident.sun_irradiance.any():
             sun = incident.sun_direction, incident.sun_irradiance
             sunlight = surface.response.of_sun_at_vertices(*sun)
-            hidden = self._hidden(surface, transport, incident)
-            if hidden is not None:
-                surface.response.hide(sunlight, *hidden)
+            surface.hidden.hide(sunlight, sun[0], _before_sun(transport, incident))
         return BesidesSky(exitance=self._of_lamps(surface, incident), sunlight=sunlight)
 
     def at_vertices(
@@ -152,9 +152,10 @@ class PatchLight:
             return exitance
         surface = self._surface(model, transport)
         sunlight = surface.response.of_sun(incident.sun_direction, incident.sun_irradiance)
-        hidden = self._hidden(surface, transport, incident)
-        if hidden is not None:
-            sunlight *= share_left(*hidden)[:, None]
+        before = _before_sun(transport, incident)
+        left = surface.hidden.share_left(incident.sun_direction, before)
+        if left is not None:
+            sunlight *= left[:, None]
         return exitance + sunlight
 
     def _of_lamps(self, surface: _Surface, incident: IncidentLight) -> Array32 | None:
@@ -169,44 +170,6 @@ class PatchLight:
             bands = np.tile(light.bands.astype(np.float32), (len(exitance), 1))
             exitance += np.multiply(bands, solved[light.name], out=bands)
         return exitance
-
-    def _hidden(
-        self, surface: _Surface, transport: LightTransport, incident: IncidentLight
-    ) -> tuple[Array32, Array32] | None:
-        """(p,) what would leave the patches evenly of the light that other spacecraft take from a
-        Sun of 1 W/m2, and of all of its light; None where they take nothing.
-
-        Their ratio is by how much sunlight between the surfaces is less, in whichever way it is
-        reflected: nothing is left where all of it is taken.
-        """
-        before_sun = _before_sun(transport, incident)
-        if not before_sun:
-            return None
-        standing = tuple(other.key for other in before_sun)
-        corners, of_fields = grid_corners(incident.sun_direction), surface.response.of_fields
-        taken = of_fields(
-            {
-                (node, *standing): partial(
-                    self._hidden_at, surface.sunlit, transport, node, before_sun
-                )
-                for node, _ in corners
-            }
-        )
-        if not any(field.any() for field in taken.values()):
-            return None
-        sent = of_fields(
-            {("all", node): partial(_sun_cosines_at, surface.sunlit, node) for node, _ in corners}
-        )
-
-        def mean(fields: Iterable[Array32]) -> Array32:
-            weights = (np.float32(weight) for _, weight in corners)
-            bands = sum(w * field for w, field in zip(weights, fields, strict=True))
-            return np.asarray(bands @ np.ones(4, dtype=np.float32))
-
-        return (
-            mean(taken[node, *standing] for node, _ in corners),
-            mean(sent["all", node] for node, _ in corners),
-        )
 
     @staticmethod
     def _but_sunlight(
@@ -260,21 +223,36 @@ class PatchLight:
         self, model: SpacecraftModel, transport: LightTransport, incident: IncidentLight
     ) -> Array32:
         """(p, 4) what a Sun of 1 W m-2 adds to the exitance before any bounce."""
+        return self.direct_and_even(model, transport, incident)[0]
+
+    def direct_and_even(
+        self, model: SpacecraftModel, transport: LightTransport, incident: IncidentLight
+    ) -> tuple[Array32, Array32]:
+        """(p, 4) the same, and what would leave patches evenly of 1 W m-2 of sunlight on them."""
         surface = self._surface(model, transport)
         sunlit, direction = surface.sunlit, incident.sun_direction
-        share = surface.reflectors.of_sun(sunlit.facing(direction)).sum(axis=0)
-        return share * self._sun_cosines(sunlit, transport, incident)[:, None]
+        even, lobes = surface.reflectors.of_sun(sunlit.facing(direction))
+        return (even + lobes) * self._sun_cosines(sunlit, transport, incident)[:, None], even
+
+    def laws(self, model: SpacecraftModel, transport: LightTransport) -> ReflectionLaws:
+        """Of the materials of a body."""
+        return self._surface(model, transport).reflectors.laws
 
     def sun_at_samples(
-        self, model: SpacecraftModel, transport: LightTransport, incident: IncidentLight
+        self,
+        model: SpacecraftModel,
+        transport: LightTransport,
+        incident: IncidentLight,
+        samples: IndexArray,
     ) -> Array32:
-        """(p, n) cosines of the patches' sample points to the Sun, 0 where it is not seen."""
-        sunlit, direction = self._surface(model, transport).sunlit, incident.sun_direction
-        cosines = sunlit.cosines_of_samples(direction)
+        """(n,) cosines to the Sun of sample points, by their numbers among all of the patches; 0
+        where it is not seen."""
+        surface, direction = self._surface(model, transport), incident.sun_direction
+        cosines = surface.sunlit.cosines_of_samples(direction, samples)
         if incident.before_sun:
-            free = np.maximum(sunlit.cosines(direction), np.float32(1e-9))
-            hidden = self._hidden_cosines(sunlit, transport, incident) / free
-            cosines *= 1.0 - hidden[:, None]
+            free = np.maximum(surface.sunlit.cosines(direction), np.float32(1e-9))
+            left = self._sun_cosines(surface.sunlit, transport, incident) / free
+            cosines *= np.take(left, samples // SAMPLES)
         return cosines
 
     def response(self, model: SpacecraftModel, transport: LightTransport) -> PrecomputedResponse:
@@ -291,8 +269,13 @@ class PatchLight:
         def precomputed() -> _Surface:
             surface, sunlit = reflectors(transport, mean_materials(model)), SunlitPatches(transport)
             response = PrecomputedResponse(transport, surface, sunlit)
-            lamps = LampLight(transport)
-            return _Surface(reflectors=surface, response=response, sunlit=sunlit, lamps=lamps)
+            return _Surface(
+                reflectors=surface,
+                response=response,
+                sunlit=sunlit,
+                hidden=HiddenSunlight(transport, surface, sunlit, response),
+                lamps=LampLight(transport),
+            )
 
         # They hold the transport, which may have left its own cache.
         size = transport.nbytes + len(transport.areas) * BYTES_OF_PATCH
@@ -301,31 +284,6 @@ class PatchLight:
         if isinstance(transport, PosedTransport):
             return self._surfaces.get(key, precomputed, size)
         return self._surfaces.get(key, precomputed, lambda made: size + made.response.lobe_bytes)
-
-    def _hidden_cosines(
-        self, sunlit: SunlitPatches, transport: LightTransport, incident: IncidentLight
-    ) -> Array32:
-        """(p,) of the Sun's light on the patches what other spacecraft take."""
-        hidden = np.zeros(len(transport.areas), dtype=np.float32)
-        before_sun = _before_sun(transport, incident)
-        for node, weight in grid_corners(incident.sun_direction):
-            hidden += np.float32(weight) * self._hidden_at(sunlit, transport, node, before_sun)
-        return hidden
-
-    def _hidden_at(
-        self,
-        sunlit: SunlitPatches,
-        transport: LightTransport,
-        node: Node,
-        before_sun: Sequence[Neighbour],
-    ) -> Array32:
-        """The same of a Sun in a direction of the grid; traced again only where others move."""
-
-        def traced() -> Array32:
-            return sunlit.hidden(node, [neighbour.blocker() for neighbour in before_sun])
-
-        key = transport.digest, node, *(neighbour.key for neighbour in before_sun)
-        return self._hidden_nodes.get(key, traced)
 
     def _sun_cosines(
         self, sunlit: SunlitPatches, transport: LightTransport, incident: IncidentLight
@@ -343,10 +301,6 @@ def _before_sun(transport: LightTransport, incident: IncidentLight) -> list[Neig
     """Spacecraft that may shade one from the Sun, in steps of their poses."""
     reach = transport.mesh.radius
     return [neighbour.in_steps(reach, _SHADOW_STEP) for neighbour in incident.before_sun]
-
-
-def _sun_cosines_at(sunlit: SunlitPatches, node: Node) -> Array32:
-    return sunlit.at(node).cosines
 
 
 def _lamps(surface: _Surface, incident: IncidentLight) -> list[_FieldOfLight]:

@@ -7,7 +7,7 @@ light is solved on request.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterator, Mapping
+from collections.abc import Callable, Generator, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import TypeVar
@@ -19,7 +19,7 @@ from simgl.arrays import Array, Array32, IndexArray
 from simgl.lru_cache import LruCache
 from simgl.radiosity.light_grids import more_of_nodes
 from simgl.radiosity.light_transport import LightTransport, PatchCells
-from simgl.radiosity.lobe_sunlight import PARTS, LobeSunlight
+from simgl.radiosity.lobe_sunlight import LobeSunlight
 from simgl.radiosity.near_means import TIMES
 from simgl.radiosity.patches import SAMPLES
 from simgl.radiosity.solver import Reflectors, radiosity
@@ -54,6 +54,19 @@ class GatheredSunlight:
     nodes: Array32
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _AtVertices:
+    """By a Sun of 1 W/m2.
+
+    rows : (k, 4 _ROW) of vertices and nodes
+    lobes : (s,) what gather points of vertices get of lobes before bounces, mean of the bands;
+        None without lobes
+    """
+
+    rows: Array32
+    lobes: Array32 | None
+
+
 @dataclass(kw_only=True)
 class _UnderWay:
     """What vertices get from one direction of the Sun, as it is made.
@@ -71,12 +84,6 @@ def _in_rows(count: int) -> int:
     return -(-count // _ROW) * _ROW
 
 
-def share_left(taken: Array32, sent: Array32) -> Array32:
-    """What is left of light of which some is taken; all where there is none."""
-    lost = np.divide(taken, sent, out=np.zeros_like(taken), where=sent > 0.0)
-    return np.clip(1.0 - lost, 0.0, 1.0, out=lost)
-
-
 class PrecomputedResponse:
     """Exitance of the patches of a body after all bounces, light by light.
 
@@ -90,7 +97,7 @@ class PrecomputedResponse:
         self._surface = surface
         self._sunlit = sunlit
         self._nodes = LruCache[Node, Array32](CAPACITY)
-        self._at_vertices = LruCache[Node, Array32](_VERTEX_CAPACITY)
+        self._at_vertices = LruCache[Node, _AtVertices](_VERTEX_CAPACITY)
         self._under_way = LruCache[Node, _UnderWay](_UNDER_WAY)
         self._fields = LruCache[Hashable, Array32](_FIELDS)
 
@@ -105,7 +112,9 @@ class PrecomputedResponse:
     @property
     def lobe_bytes(self) -> int:
         """Size of what is known of glossy surfaces, which is made at the latest now."""
-        return self._lobes.nbytes if self._lobes else 0
+        if not self.lobes:
+            return 0
+        return self.lobes.nbytes + _VERTEX_CAPACITY * 4 * self._transport.gather.shape[0]
 
     def of_fields(
         self, fields: Mapping[Hashable, Callable[[], Array32]]
@@ -163,7 +172,7 @@ class PrecomputedResponse:
         # In long rows: numpy takes as long for four numbers as for hundreds.
         mean = scratch = None
         for node, weight in corners:
-            part = self._at_vertices.get(node, partial(known.__getitem__, node))
+            part = self._at_vertices.get(node, partial(known.__getitem__, node)).rows
             row = np.tile((weight * irradiance).astype(np.float32), _ROW)
             if mean is None:
                 mean = part * row
@@ -174,33 +183,17 @@ class PrecomputedResponse:
         light, count = mean.reshape(-1, 4), len(self._transport.vertex_rows)
         return GatheredSunlight(vertices=light[:count], nodes=light[_in_rows(count) :])
 
-    def hide(self, sunlight: GatheredSunlight, taken: Array32, sent: Array32) -> None:
-        """Take from what vertices and nodes get what other spacecraft take from the Sun's light.
-
-        taken, sent : (p,) what leaves the patches by that light, and by all of the Sun's
-        """
-        both = self._transport.gather @ np.stack([taken, sent], axis=1)
-        left = np.take(share_left(*both.T), self._transport.vertex_rows)
-        light, nodes = sunlight.vertices, sunlight.nodes
-        # In long rows: numpy takes as long for four numbers as for hundreds.
-        light.reshape(-1)[:] *= np.repeat(left, 4)
-        if self._transport.grids is not None:
-            of_nodes = sum(np.take(left, corners) for corners in self._corners_of_nodes)
-            in_bands = np.repeat(of_nodes * np.float32(1.0 / 3.0), 4)
-            nodes.reshape(-1)[: len(in_bands)] *= in_bands
-
-    @cached_property
-    def _corners_of_nodes(self) -> IndexArray:
-        """(3, n) of each row of the table of nodes the rows of the corners of its triangle, or of
-        one of those that share it."""
-        grids = self._transport.grids
-        assert grids is not None
-        sides = grids.row_of_node.shape[2]
-        corners = self._transport.mesh.triangles[grids.triangles].astype(np.int64)
-        of_nodes = np.zeros((grids.rows, 3), dtype=np.int64)
-        for side in range(sides):
-            of_nodes[grids.row_of_node[:, :, side]] = (sides * corners + side)[:, None]
-        return np.ascontiguousarray(of_nodes.T)
+    def lobes_at_vertices(self, nodes: Sequence[Node]) -> list[Array32] | None:
+        """(s,) each: what gather points of vertices get of lobes by a Sun of 1 W/m2 in directions
+        of the grid, before bounces, mean of the bands; None without lobes."""
+        of_nodes = []
+        for node in nodes:
+            made = partial(self._gathered, node, self._of_nodes([node])[node])
+            lobes = self._at_vertices.get(node, made).lobes
+            if lobes is None:
+                return None
+            of_nodes.append(lobes)
+        return of_nodes
 
     def parts_left(self, node: Node) -> int:
         """How many parts of what vertices get from a direction of the grid are to be made."""
@@ -220,7 +213,8 @@ class PrecomputedResponse:
         transport = self._transport
         parts = 3 + 2 * (transport.grids is not None)
         parts += (transport.cells is not None) + (transport.means is not None)
-        parts += (PARTS + 1) * bool(self._lobes)
+        if self.lobes:
+            parts += self.lobes.parts + 1
         return self._under_way.get(node, lambda: _UnderWay(parts=self._made(node), left=parts))
 
     def _made(self, node: Node) -> Iterator[None]:
@@ -228,17 +222,18 @@ class PrecomputedResponse:
         yield
         solved = self._of_nodes([node])[node]
         yield
-        rows = self._empty_rows()
-        yield from self._gather(node, solved, rows)
-        self._at_vertices.put(node, rows.reshape(-1, 4 * _ROW))
+        at_vertices = yield from self._gather(node, solved)
+        self._at_vertices.put(node, at_vertices)
 
-    def _gathered(self, node: Node, solved: Array32) -> Array32:
-        """(k, 4 _ROW) at vertices, then from a row of its own on at nodes, of what leaves the
-        patches (p, 4)."""
-        rows = self._empty_rows()
-        for _ in self._gather(node, solved, rows):
-            pass
-        return rows.reshape(-1, 4 * _ROW)
+    def _gathered(self, node: Node, solved: Array32) -> _AtVertices:
+        """Of what leaves the patches (p, 4)."""
+        gathering = self._gather(node, solved)
+        while True:
+            try:
+                next(gathering)
+            except StopIteration as end:
+                at_vertices: _AtVertices = end.value
+                return at_vertices
 
     def _empty_rows(self) -> Array32:
         """(k, 4) of all vertices, then of all nodes, each filled up to whole rows."""
@@ -247,22 +242,32 @@ class PrecomputedResponse:
         count = _in_rows(len(self._transport.vertex_rows)) + _in_rows(nodes)
         return np.zeros((count, 4), dtype=np.float32)
 
-    def _gather(self, node: Node, solved: Array32, rows: Array32) -> Iterator[None]:
-        """Fill the rows with what vertices and nodes get where so much leaves the patches (p, 4),
-        with a pause between the parts of the work."""
+    def _gather(self, node: Node, solved: Array32) -> Generator[None, None, _AtVertices]:
+        """What vertices and nodes get where so much leaves the patches (p, 4), with a pause between
+        the parts of the work."""
         transport, grids = self._transport, self._transport.grids
-        evenly = solved - self._of_first(node)[1] if self._lobes else solved
+        rows, lobes = self._empty_rows(), None
+        evenly = solved - self._of_first(node)[1] if self.lobes else solved
         at_points = transport.sun_gather @ evenly
         if grids is not None:
             yield
             at_points = np.concatenate([at_points, grids.gather @ evenly])
-        if self._lobes:
-            for more in self._lobes.at_points(self._sunlit.at(node), direction_of(node)):
-                yield
-                at_points += more
+        sunlit, direction, on_cells = self._sunlit.at(node), direction_of(node), None
         if transport.cells is not None:
             yield
-            at_points += self._more_of_cells(transport.cells, node)
+            asked, more = self._sunlit.more_on_cells(transport.cells, node)
+            at_points += self._more_of_cells(transport.cells, direction, asked, more)
+            if self.lobes:
+                chosen = self.lobes.cells
+                on_cells = self._sunlit.on_cells(transport.cells, chosen, node, asked, more)
+        if self.lobes:
+            lobes = np.zeros(transport.gather.shape[0], dtype=np.float32)
+            for first, light in self.lobes.at_points(sunlit, direction, on_cells):
+                yield
+                at_points[first : first + len(light)] += light
+                if first == 0:
+                    lobes += light.mean(axis=1)
+        if transport.cells is not None:
             # Fewer rays tell what of a patch is dark than how much of it is seen.
             np.maximum(at_points, 0.0, out=at_points)
         if transport.means is not None:
@@ -270,9 +275,9 @@ class PrecomputedResponse:
             for _ in range(TIMES):
                 at_points = transport.means @ at_points
         again = None
-        if self._lobes:
+        if self.lobes:
             yield
-            again = self._lobes.again_at_vertices(solved)
+            again = self.lobes.again_at_vertices(solved)
         count = len(transport.vertex_rows)
         if grids is not None:
             yield
@@ -283,12 +288,17 @@ class PrecomputedResponse:
             # Nodes take what is linear between the vertices: this light has no sharp edges.
             at_vertices = np.maximum(at_vertices + again, 0.0)
         np.take(at_vertices, transport.vertex_rows, axis=0, out=rows[:count])
+        return _AtVertices(rows=rows.reshape(-1, 4 * _ROW), lobes=lobes)
 
-    def _more_of_cells(self, cells: PatchCells, node: Node) -> Array32:
+    def _more_of_cells(
+        self, cells: PatchCells, direction: Array, asked: IndexArray, more: Array32
+    ) -> Array32:
         """(s + g, 4) what gather points get more as patches near them are lit in part: each sees
-        the lit part or the dark one."""
-        asked, more = self._sunlit.more_on_cells(cells, node)
-        even, _ = self._surface.of_sun(self._sunlit.facing(direction_of(node)))
+        the lit part or the dark one.
+
+        asked, more : as of ``more_on_cells`` for a direction (3,)
+        """
+        even, _ = self._surface.of_sun(self._sunlit.facing(direction))
         reflected = even[cells.patch[asked]] * more[:, None]
         return np.asarray(cells.gather[asked].T @ reflected)
 
@@ -322,9 +332,9 @@ class PrecomputedResponse:
         if not nodes:
             return {}
         solved = self._bounced(nodes, [self._leaving(node) for node in nodes])
-        if self._lobes:
+        if self.lobes:
             for node, exitance in solved.items():
-                again = self._lobes.again_at_patches(exitance)
+                again = self.lobes.again_at_patches(exitance)
                 solved[node] = exitance + self._surface.albedo * again
         return solved
 
@@ -333,9 +343,9 @@ class PrecomputedResponse:
         reflection by which lobes bring more than even light would."""
         even, lobes = self._of_first(node)
         leaving = even + lobes
-        if self._lobes:
+        if self.lobes:
             sunlit, direction = self._sunlit.at(node), direction_of(node)
-            more = self._lobes.at_patches(sunlit, direction, lobes)
+            more = self.lobes.at_patches(sunlit, direction, lobes)
             leaving += self._surface.albedo * more
         return leaving
 
@@ -346,7 +356,8 @@ class PrecomputedResponse:
         return even * cosines, lobes * cosines
 
     @cached_property
-    def _lobes(self) -> LobeSunlight:
+    def lobes(self) -> LobeSunlight:
+        """What lobes make of sunlight."""
         return LobeSunlight(self._transport, self._surface.laws)
 
     def _reflected(self, names: list[Name], fields: list[Array32]) -> dict[Name, Array32]:

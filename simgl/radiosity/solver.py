@@ -203,15 +203,15 @@ def sun_cosines(transport: LightTransport, direction: Array) -> Array32:
 
 def blocked_by(
     transport: LightTransport, direction: Array, blockers: Sequence[Blocker], asked: Mask
-) -> Array32:
-    """(p,) share of each patch's sample points that other bodies hide from the Sun.
+) -> Mask:
+    """(p, n) which sample points of each patch other bodies hide from the Sun.
 
-    asked : (p,) patches that need it; the others get 0
+    asked : (p,) patches that need it; of the others none
     """
     lit = np.flatnonzero(asked)
     centres, radii = (np.take(a, lit, axis=0) for a in transport.patch_spheres)
     each = transport.points.shape[1]
-    hidden = np.zeros((len(lit), each), dtype=np.bool_)
+    hidden = np.zeros((len(asked), each), dtype=np.bool_)
     for blocker in blockers:
         turn, shift = blocker.other_from_body[:3, :3], blocker.other_from_body[:3, 3]
         towards = turn @ direction
@@ -221,15 +221,18 @@ def blocked_by(
         past = offset - along[:, None] * towards
         reach = blocker.radius + radii
         passed = np.einsum("ij,ij->i", past, past) < reach * reach
-        near = np.flatnonzero(passed & (along < reach))
-        points = np.take(transport.points, lit[near], axis=0).reshape(-1, 3)
-        origins = points @ turn.T.astype(np.float32) + shift.astype(np.float32)
-        rays = np.broadcast_to(towards.astype(np.float32), origins.shape)
-        met = blocker.tracer.occluded(origins, rays)
-        hidden[near] |= met.reshape(-1, each)
-    share = np.zeros(len(asked), dtype=np.float32)
-    share[lit] = hidden.mean(axis=1, dtype=np.float32)
-    return share
+        near = lit[passed & (along < reach)]
+        points = np.take(transport.points, near, axis=0).reshape(-1, 3)
+        hidden[near] |= hidden_behind(points, direction, blocker).reshape(-1, each)
+    return hidden
+
+
+def hidden_behind(points: Array32, direction: Array, blocker: Blocker) -> Mask:
+    """(n,) whether another body stands between points (n, 3) and the Sun in a direction (3,)."""
+    turn, shift = blocker.other_from_body[:3, :3], blocker.other_from_body[:3, 3]
+    origins = points @ turn.T.astype(np.float32) + shift.astype(np.float32)
+    rays = np.broadcast_to((turn @ direction).astype(np.float32), origins.shape)
+    return blocker.tracer.occluded(origins, rays)
 
 
 def earth_share(matrix: GatherMatrix, cell_radiance: Array32 | None) -> Array32:

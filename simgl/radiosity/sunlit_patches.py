@@ -13,7 +13,14 @@ from simgl.lru_cache import LruCache
 from simgl.next_step import FARTHEST_FRAMES
 from simgl.radiosity.gather_points import unit_rows
 from simgl.radiosity.light_transport import LightTransport, PatchCells
-from simgl.radiosity.solver import Blocker, blocked_by, lit_samples, mean_cosines, seeing
+from simgl.radiosity.solver import (
+    Blocker,
+    blocked_by,
+    hidden_behind,
+    lit_samples,
+    mean_cosines,
+    seeing,
+)
 
 # Steps of the grid of directions from one end of an axis to the other: half a degree each, the
 # width of the Sun. What light a patch gets is linear between three of them, as in a penumbra.
@@ -42,6 +49,20 @@ class Sunlit:
     partly: Mask
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class HiddenPatches:
+    """What other bodies take from the sunlight of one direction on the patches.
+
+    samples : (p, n) which of their sample points that the Sun would reach
+    cosines : (p,) of the mean cosine of each, as if hidden evenly in its lit part
+    entire : (p,) whether they take all of it
+    """
+
+    samples: Mask
+    cosines: Array32
+    entire: Mask
+
+
 class SunlitPatches:
     """The mean cosine of each patch to the Sun, traced for directions of a fixed grid.
 
@@ -63,24 +84,33 @@ class SunlitPatches:
         for node, weight in grid_corners(direction):
             cosines += np.float32(weight) * self.at(node).cosines
         if blockers:
-            cosines -= self._hidden(direction, cosines, blockers)
+            blocked = self._blocked(direction, cosines, blockers)
+            cosines -= cosines * blocked.mean(axis=1, dtype=np.float32)
         return cosines
 
-    def cosines_of_samples(self, direction: Array) -> Array32:
-        """(p, n) the same of each sample point, where no other body is before the Sun."""
-        cosines = np.zeros(self._transport.point_open.shape, dtype=np.float32)
+    def cosines_of_samples(self, direction: Array, samples: IndexArray) -> Array32:
+        """(n,) the same of sample points, by their numbers among all, where no other body is before
+        the Sun."""
+        normals = np.take(self._transport.normals.reshape(-1, 3), samples, axis=0)
+        cosines = np.zeros(len(samples), dtype=np.float32)
         for node, weight in grid_corners(direction):
-            towards = (weight * direction_of(node)).astype(np.float32)
-            facing = np.maximum(self._transport.normals @ towards, 0.0)
-            cosines += facing * self.at(node).lit
+            facing = np.maximum(normals @ (weight * direction_of(node)).astype(np.float32), 0.0)
+            cosines += facing * self.at(node).lit.ravel().take(samples)
         return cosines
 
-    def hidden(self, node: Node, blockers: Sequence[Blocker]) -> Array32:
-        """(p,) what other bodies take from the cosines to a direction of the grid."""
-        return self._hidden(direction_of(node), self.at(node).cosines, blockers)
+    def hidden(self, node: Node, blockers: Sequence[Blocker]) -> HiddenPatches:
+        """What other bodies take from a direction of the grid."""
+        sunlit = self.at(node)
+        blocked = self._blocked(direction_of(node), sunlit.cosines, blockers)
+        return HiddenPatches(
+            samples=blocked & sunlit.lit,
+            cosines=sunlit.cosines * blocked.mean(axis=1, dtype=np.float32),
+            entire=np.asarray(blocked.all(axis=1)),
+        )
 
-    def _hidden(self, direction: Array, cosines: Array32, blockers: Sequence[Blocker]) -> Array32:
-        return cosines * blocked_by(self._transport, direction, blockers, cosines > 0.0)
+    def _blocked(self, direction: Array, cosines: Array32, blockers: Sequence[Blocker]) -> Mask:
+        """(p, n) which sample points others hide, of patches with cosines (p,) to a direction."""
+        return blocked_by(self._transport, direction, blockers, cosines > 0.0)
 
     def at(self, node: Node) -> Sunlit:
         """The same for a direction of the grid, traced."""
@@ -106,6 +136,45 @@ class SunlitPatches:
         lit = seeing(self._transport.tracer, cells.points[asked], normals, direction, every)
         cosines = (normals @ direction.astype(np.float32)) * lit
         return asked, cosines - sunlit.cosines[cells.patch[asked]]
+
+    def on_cells(
+        self, cells: PatchCells, chosen: IndexArray, node: Node, asked: IndexArray, more: Array32
+    ) -> Array32:
+        """(k,) cosines of chosen cells to a direction of the grid, 0 in shadow.
+
+        asked, more : as of ``more_on_cells`` for that direction
+        """
+        of_patch = self.at(node).cosines
+        lit = (of_patch > 0.0)[cells.patch]
+        # What rounding leaves of a cosine is no light.
+        lit[asked] = more + of_patch[cells.patch[asked]] > 1e-6
+        facing = cells.normals[chosen] @ direction_of(node).astype(np.float32)
+        return np.maximum(facing, 0.0) * lit[chosen]
+
+    def hidden_on_cells(
+        self,
+        cells: PatchCells,
+        chosen: IndexArray,
+        node: Node,
+        hidden: HiddenPatches,
+        blockers: Sequence[Blocker],
+    ) -> Array32:
+        """(k,) what other bodies take from the cosines of chosen cells to a direction of the grid.
+
+        hidden : what they take there from patches
+        """
+        direction, patch = direction_of(node), cells.patch[chosen]
+        taken = hidden.entire[patch]
+        asked = np.flatnonzero(~taken)
+        for blocker in blockers:
+            taken[asked] |= hidden_behind(cells.points[chosen[asked]], direction, blocker)
+        normals = cells.normals[chosen]
+        asked = np.flatnonzero(taken & self.at(node).partly[patch])
+        every = np.ones(len(asked), dtype=np.bool_)
+        points = cells.points[chosen[asked]]
+        tracer = self._transport.tracer
+        taken[asked] = seeing(tracer, points, normals[asked], direction, every)
+        return np.maximum(normals @ direction.astype(np.float32), 0.0) * taken
 
     def _traced(self, node: Node) -> Sunlit:
         direction = direction_of(node)

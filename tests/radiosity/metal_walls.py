@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -14,7 +14,7 @@ from simgl.radiosity.bake import BakeSettings, bake
 from simgl.radiosity.gather_points import face_normals
 from simgl.radiosity.light_grids import CUTS, STEPS
 from simgl.radiosity.light_transport import LightTransport
-from simgl.radiosity.precomputed_response import PrecomputedResponse
+from simgl.radiosity.precomputed_response import GatheredSunlight, PrecomputedResponse
 from simgl.radiosity.remesh import subdivided
 from simgl.radiosity.solver import reflectors
 from simgl.radiosity.sunlit_patches import SunlitPatches
@@ -105,10 +105,28 @@ def mean_of_parts(values: Array, weights: Array, part: IndexArray) -> Array:
     return np.stack([np.average(values[part == p], 0, weights[part == p]) for p in range(16)])
 
 
-def by_quadrature(material: Material, wall: Quad, sun: Array) -> Array:
-    """(16, 4) mean irradiance of the parts of a black wall by the plate in a Sun of 1 W/m2."""
+def by_quadrature(
+    material: Material, wall: Quad, sun: Array, lit: Callable[[Array], Array] | None = None
+) -> Array:
+    """(16, 4) mean irradiance of the parts of a black wall by the plate in a Sun of 1 W/m2.
+
+    lit : whether places (n, 3) of the plate see the Sun; None where all do
+    """
     at, areas, normal = midpoints(wall, 12)
+    return mean_of_parts(of_plate(material, at, normal, sun, lit), areas, part_of(at, wall))
+
+
+def of_plate(
+    material: Material,
+    at: Array,
+    normal: Array,
+    sun: Array,
+    lit: Callable[[Array], Array] | None = None,
+) -> Array:
+    """(n, 4) irradiance of places (n, 3) of a normal (3,)."""
     places, patches, up = midpoints(PLATE, 160, 2.0)
+    if lit is not None:
+        places, patches = places[lit(places)], patches[lit(places)]
     light = np.empty((len(at), 4))
     for k, point in enumerate(at):
         way = point - places
@@ -116,7 +134,7 @@ def by_quadrature(material: Material, wall: Quad, sun: Array) -> Array:
         way /= np.sqrt(distance2)[:, None]
         form = np.maximum(-way @ normal, 0.0) * (way @ up) / distance2 * patches
         light[k] = form @ law(material, up, sun, way) * (up @ sun)
-    return mean_of_parts(light, areas, part_of(at, wall))
+    return light
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,7 +156,12 @@ def found(transport: LightTransport, materials: Sequence[Material], sun: Array) 
     """The same of the first wall's triangles, by vertices and grids."""
     surface = reflectors(transport, materials)
     response = PrecomputedResponse(transport, surface, SunlitPatches(transport))
-    light, mesh = response.of_sun_at_vertices(sun, np.ones(4)), transport.mesh
+    return of_wall(transport, response.of_sun_at_vertices(sun, np.ones(4)))
+
+
+def of_wall(transport: LightTransport, light: GatheredSunlight) -> Triangles:
+    """What the first wall's triangles get by vertices and grids."""
+    mesh = transport.mesh
     corners, grids = mesh.triangles.astype(np.int64), transport.grids
     front = light.vertices.reshape(len(mesh.positions), transport.sides, 4)[:, 0]
     irradiance = front[corners].mean(axis=1)

@@ -17,6 +17,7 @@ from simgl.radiosity.between_spacecraft import (
 from simgl.radiosity.convex_transport import convex_transport
 from simgl.radiosity.near_body import NearBody, standing_rows
 from simgl.radiosity.pose_steps import in_steps, without_noise
+from simgl.radiosity.reflection_laws import reflection_laws
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.view.near_spacecraft import near_groups
 from tests.radiosity.near_spacecraft import (
@@ -38,7 +39,9 @@ SUN = (-0.8, 0.0, 0.6)
 
 def near_body(model: SpacecraftModel) -> NearBody:
     transport = convex_transport(model)
-    return NearBody(model=model, transport=transport, standing=standing_rows(transport))
+    laws = reflection_laws(model.materials)
+    standing = standing_rows(transport)
+    return NearBody(model=model, transport=transport, laws=laws, standing=standing)
 
 
 def boxes(gap: float) -> tuple[NearBody, NearBody, Array]:

@@ -10,6 +10,7 @@ from simgl.radiosity.between_spacecraft import PosedPath, light_path
 from simgl.radiosity.convex_transport import convex_transport
 from simgl.radiosity.incident_light import Neighbour
 from simgl.radiosity.near_body import NearBody, standing_rows
+from simgl.radiosity.reflection_laws import reflection_laws
 from simgl.radiosity.remesh import subdivided
 from simgl.radiosity.third_bodies import third_bodies, unhidden
 from simgl.scene.materials import Material
@@ -45,7 +46,9 @@ def body(mesh: Mesh, *, alone: bool) -> NearBody:
     )
     transport = convex_transport(model) if alone else bake(mesh, open_sheets=True, settings=QUICK)
     assert transport is not None
-    return NearBody(model=model, transport=transport, standing=standing_rows(transport))
+    laws = reflection_laws(model.materials)
+    standing = standing_rows(transport)
+    return NearBody(model=model, transport=transport, laws=laws, standing=standing)
 
 
 def between(height: float) -> Array:

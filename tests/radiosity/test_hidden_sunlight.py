@@ -11,7 +11,7 @@ from simgl.radiosity.patch_light import PatchLight
 from simgl.radiosity.precomputed_response import GatheredSunlight
 from simgl.scene.materials import Material
 from simgl.scene.spacecraft import SpacecraftModel
-from tests.radiosity.metal_walls import BLACK, WALL, WIDE, baked, towards
+from tests.radiosity.metal_walls import BLACK, WALL, WIDE, baked, by_quadrature, of_wall, towards
 from tests.radiosity.shapes import Quad, quads
 
 SUN = towards(45.0, 40.0)
@@ -69,6 +69,30 @@ def test_a_body_in_full_shadow_of_another_reflects_no_sunlight(plate: Material) 
     hidden = lit(plate, BLACK, (sheet(20.0), 4.0 * SUN))
     assert hidden.vertices.max() < 1e-4
     assert np.abs(hidden.nodes).max() < 1e-4
+
+
+@pytest.mark.parametrize("name", ["alpha 0.2", "alpha 0.4"])
+def test_what_is_hidden_of_a_metal_plate_is_missing_where_its_lobes_would_send_it(
+    name: str,
+) -> None:
+    """A sheet shades the plate beside the middle of the wall. Against quadrature of the law over
+    the sunlit rest, in shares of what each part of the wall gets without the sheet."""
+    half, height, middle = 0.4, 0.5, np.array([0.6, 0.2, 0.0])
+    shift = middle + SUN * (height / SUN[2])
+
+    def seen_by_the_sun(places: Array) -> Array:
+        return np.asarray(np.any(np.abs(places - middle)[:, :2] > half, axis=1))
+
+    free = by_quadrature(WIDE[name], WALL, SUN)
+    true = by_quadrature(WIDE[name], WALL, SUN, seen_by_the_sun)
+    transport = baked(WALL)
+    whole, left = (
+        of_wall(transport, lit(WIDE[name], BLACK, shade)).of_parts(WALL)
+        for shade in (None, (sheet(half), shift))
+    )
+    bright = free > 0.1 * free.max(axis=0)
+    np.testing.assert_allclose((left / whole)[bright], (true / free)[bright], atol=0.1)
+    np.testing.assert_allclose(left.sum() / whole.sum(), true.sum() / free.sum(), atol=0.03)
 
 
 def test_half_a_shadow_takes_light_of_what_it_covers() -> None:
