@@ -80,9 +80,9 @@ def snapshots_of_faces(posed: PosedMesh, camera: Camera, poses: Array, area_px: 
     # Of one that comes near the start or the end, nothing is wrong for longer than from there.
     at_ends = 0.5 * np.minimum(times, 1.0 - times) ** 2
     for count in range(1, MAX_PARTS):
-        at_most = 0.125 / count**2
-        wrong = growth * np.minimum(at_most / np.sqrt(5.0), at_ends)
-        lost = float(np.sum(growth * np.minimum(at_most / 3.0, at_ends)))
+        worst = 0.125 / count**2
+        wrong = growth * np.minimum(worst / np.sqrt(5.0), at_ends)
+        lost = float(np.sum(growth * np.minimum(worst / 3.0, at_ends)))
         moved = float(np.sqrt(np.sum(wrong**2))) / (2.0 * np.sqrt(area_px))
         if moved <= _MISPLACED and lost <= _LOST * area_px:
             return float(count)
