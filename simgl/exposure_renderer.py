@@ -8,6 +8,7 @@ from functools import partial
 from itertools import chain
 
 import moderngl
+import numpy as np
 
 from simgl.camera.camera import Camera
 from simgl.gpu.pipeline_state import State
@@ -20,6 +21,7 @@ from simgl.passes.resolve import DistortedView, ResolvePass
 from simgl.passes.shading_points import ShadingPoints
 from simgl.view.exposure_views import Layer, MovingViews, SweptBackground
 from simgl.view.frame_view import FrameView
+from simgl.view.image_paths import Box, ImagePaths
 from simgl.view.raster_tiles import RasterTile
 
 _BANDS = (Format("f4", 4),)
@@ -70,12 +72,23 @@ class ExposureRenderer:
         behind = self._target("behind", views.camera)
         one = self._target("one snapshot", views.camera)
         self._draw_behind(by, views, first[0][1], [], behind)
-        target.blacken()
-        for snapshot in chain((first,), snapshots):
-            self._average.copy(behind.textures[0], one.framebuffer)
-            self._lay(by, views, views.layers(snapshot), one)
+        all_layers = [views.layers(snapshot) for snapshot in chain((first,), snapshots)]
+        # Elsewhere all snapshots show what is behind.
+        box = _box_of([self._area(views, layer) for layers in all_layers for layer in layers])
+        self._average.copy(behind.textures[0], target.framebuffer, (0, 0, *target.size))
+        if box is None:
+            return
+        target.framebuffer.clear(viewport=box)
+        for layers in all_layers:
+            self._average.copy(behind.textures[0], one.framebuffer, box)
+            self._lay(by, views, layers, one)
             with self._timer.measure("sweep"):
-                self._average.add(one.textures[0], 1.0 / count, target.framebuffer)
+                self._average.add(one.textures[0], 1.0 / count, target.framebuffer, box)
+
+    @staticmethod
+    def _area(views: MovingViews, layer: Layer) -> Box:
+        """Of the image, which a layer may touch."""
+        return layer.filled if layer.paths is None else _of_layer(views, layer, layer.paths).area
 
     def _draw_behind(
         self,
@@ -115,14 +128,7 @@ class ExposureRenderer:
             if layer.paths is None:
                 self._draw_tiles(by, layer, target, ResolvePass.lays)
                 continue
-            sweep = Sweep(
-                paths=layer.paths,
-                size=_size(views.scene.drawn),
-                filled=layer.filled,
-                margin=views.scene.margin,
-                target_size=target.size,
-                edges=not layer.small,
-            )
+            sweep = _of_layer(views, layer, layer.paths)
             snapshot = self._target("layer", views.scene.drawn, _COVERED)
             snapshot.framebuffer.clear(viewport=sweep.read())
             self._draw_tiles(by, layer, snapshot, ResolvePass.adds)
@@ -162,6 +168,27 @@ class ExposureRenderer:
 
 def _size(camera: Camera) -> tuple[int, int]:
     return camera.detector.width, camera.detector.height
+
+
+def _box_of(boxes: list[Box]) -> Box | None:
+    """x, y, width, height of what holds boxes; None where that is nothing."""
+    boxes = [one for one in boxes if one[2] > 0 and one[3] > 0]
+    if not boxes:
+        return None
+    x, y, width, height = np.array(boxes).T
+    x0, y0 = int(x.min()), int(y.min())
+    return x0, y0, int((x + width).max()) - x0, int((y + height).max()) - y0
+
+
+def _of_layer(views: MovingViews, layer: Layer, paths: ImagePaths) -> Sweep:
+    return Sweep(
+        paths=paths,
+        size=_size(views.scene.drawn),
+        filled=layer.filled,
+        margin=views.scene.margin,
+        target_size=_size(views.camera),
+        edges=not layer.small,
+    )
 
 
 def _of_background(views: MovingViews, behind: SweptBackground) -> Sweep:

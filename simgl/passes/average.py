@@ -9,6 +9,7 @@ from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.uniform_blocks import Block
+from simgl.view.image_paths import Box
 
 _AVERAGE = Block("Average", 28, np.dtype([("share", "f4", 4)]))
 
@@ -24,14 +25,16 @@ class AveragePass:
         self._ctx = ctx
         self._program = FullscreenProgram(ctx, "average/average", _AVERAGE, ["snapshot"])
 
-    def copy(self, snapshot: moderngl.Texture, target: moderngl.Framebuffer) -> None:
-        """Fill a target with a snapshot of its size."""
-        self.fills.apply(self._ctx, target, (0, 0, *target.size))
+    def copy(self, snapshot: moderngl.Texture, target: moderngl.Framebuffer, box: Box) -> None:
+        """Fill a box of a target, x, y, width, height, with a snapshot of its size."""
+        self.fills.apply(self._ctx, target, (0, 0, *target.size), box)
         self._program.draw({"share": np.ones(4)}, [snapshot])
 
-    def add(self, snapshot: moderngl.Texture, share: float, target: moderngl.Framebuffer) -> None:
-        """Add a share of a snapshot to a target."""
-        self.adds.apply(self._ctx, target, (0, 0, *target.size))
+    def add(
+        self, snapshot: moderngl.Texture, share: float, target: moderngl.Framebuffer, box: Box
+    ) -> None:
+        """Add a share of a snapshot to a box of a target."""
+        self.adds.apply(self._ctx, target, (0, 0, *target.size), box)
         self._program.draw({"share": np.full(4, share)}, [snapshot])
 
     def release(self) -> None:

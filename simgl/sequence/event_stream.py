@@ -18,11 +18,14 @@ from simgl.progress import ProgressCallback, silent
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState
 from simgl.simulator import Product, Simulator
-from simgl.view.image_motion import background_motion, spacecraft_motion
+from simgl.view.image_motion import background_motion
+from simgl.view.motion_in_view import parts_in_view
 
 # Largest motion of the image between two sub-frames [px]: the light of a pixel at an edge is
 # nearly linear in time for as long as the edge crosses half of it.
 LARGEST_MOTION = 0.5
+# In so many parts a step is divided at most, so that the number of sub-frames has a bound.
+MAX_PARTS = 100
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,7 +50,8 @@ def event_stream(
 
     A sub-frame is a still image of an instant. Between two of them the logarithm of each pixel's
     photo-current is linear in time. Steps are divided where the image moves by more than
-    ``LARGEST_MOTION``. The first sub-frame is what the pixels have memorised at the start.
+    ``LARGEST_MOTION``, into ``MAX_PARTS`` at most. The first sub-frame is what the pixels have
+    memorised at the start.
 
     progress : receives the nanoseconds done and their number
 
@@ -62,11 +66,8 @@ def event_stream(
     camera = scenario.cameras[span.camera]
     pixels = EventPixels(camera, _rate(simulator, state, span), span.start, scenario.seed)
     for end in [*range(span.start + span.step, span.stop, span.step), span.stop]:
-        start, coming = state.tai_ns, scenario.at(end)
-        parts = int(np.ceil(_motion(state, coming, span.camera) / LARGEST_MOTION))
-        count = min(max(parts, 1), end - start)
-        for part in range(1, count + 1):
-            state = scenario.at(start + (end - start) * part // count)
+        while state.tai_ns < end:
+            state = _next(scenario, span, state, end)
             yield pixels.advance(_rate(simulator, state, span), state.tai_ns)
             progress(state.tai_ns - span.start, span.stop - span.start)
 
@@ -87,7 +88,22 @@ def _rate(simulator: Simulator, state: SceneState, span: EventSpan) -> Array:
     return capture.electrons.electrons.astype(np.float64) / exposure_time
 
 
-def _motion(first: SceneState, second: SceneState, camera: str) -> float:
-    """Upper bound on how far anything moves in the image [px]."""
-    bounds = spacecraft_motion, background_motion
-    return max(motion(first, second, camera) for motion in bounds)
+def _next(scenario: Scenario, span: EventSpan, state: SceneState, end: int) -> SceneState:
+    """The next sub-frame: at the end of the step, or before that as soon as the image has moved.
+
+    end : [TAI ns]
+    """
+    shortest = max(span.step // MAX_PARTS, 1)
+    after = end - state.tai_ns
+    while True:
+        coming = scenario.at(state.tai_ns + after)
+        parts = int(np.ceil(_parts(state, coming, span.camera)))
+        if parts <= 1 or after <= shortest:
+            return coming
+        after = max(after // parts, shortest)
+
+
+def _parts(first: SceneState, second: SceneState, camera: str) -> float:
+    """In how many parts the time between two states has to be divided."""
+    behind = background_motion(first, second, camera) / LARGEST_MOTION
+    return max(behind, parts_in_view(first, second, camera, LARGEST_MOTION))

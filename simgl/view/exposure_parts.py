@@ -36,8 +36,9 @@ from simgl.view.row_clock import RowClock, camera_from_body
 from simgl.view.snapshot_count import LARGEST_TURN, LONGEST_WAY, outline, snapshot_count
 
 # Turn of a body whose rows have sunlight and its shadows at their own times: only the light between
-# its surfaces is that of the middle [rad].
-LARGEST_TURN_IN_ROWS = float(np.radians(8.0))
+# its surfaces is that of the middle, in the first and the last row off by the sine of half the turn
+# at most, a share of 0.07 [rad]. Places of rows do not depend on it.
+LARGEST_TURN_IN_ROWS = 2.0 * float(np.arcsin(0.07))
 # And of the camera, for how its turn is told (``row_clock``).
 LARGEST_TURN_OF_CAMERA = float(np.radians(20.0))
 # How far sunlight may lean against the shadow maps that it is looked up in [rad].

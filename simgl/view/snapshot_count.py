@@ -10,11 +10,12 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from simgl.arrays import Array
 from simgl.camera.rolling_shutter import MAX_PARTS
-from simgl.physics.frames import angle_between
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import SceneState
 from simgl.view.image_motion import motion_between, turn_of_body, turn_of_joints
 from simgl.view.row_clock import camera_from_body
+from simgl.view.small_targets import outline_area
+from simgl.view.turned_faces import snapshots_of_faces
 
 # Turn of a joint whose parts are lit as at its middle [rad]. The light then comes from within half
 # a degree of where it should, as from the Sun's own disc.
@@ -26,9 +27,6 @@ LARGEST_TURN = float(np.radians(1.0))
 # square, 0.2 %; and where a surface begins to be lit just then, by a 16th of it, 1.3 % of its full
 # light.
 GLOSSY_TURN, MATT_TURN = float(np.radians(5.0)), float(np.radians(12.0))
-# How far a body may turn its side to the camera in one snapshot [rad]: a narrow face that comes
-# into view then goes along with the one beside it. Rows of boxes stay within 0.02 px.
-_OTHER_SIDE = float(np.radians(3.75))
 # How far what hides something else moves against it in one snapshot [px].
 LARGEST_STEP = 1.0
 # The longest way along which one snapshot is swept [px].
@@ -49,9 +47,14 @@ _OFF_ARC = 0.05
 # Numbers of snapshots whose edges and middles are among the times at which outlines are compared.
 _COUNTS = (1, 2, 3, 4, 6, 8, 9, 12, 18, 24, 36)
 _STEPS = 144
+# Every so many of these times faces are looked at.
+_STRIDE = 6
 # Sides of an outline, off the rows and columns of the image.
 _ANGLES = 0.3 + np.arange(16) * (np.pi / 8.0)
 _SIDES = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)])
+# More of them, to find the corners of an outline.
+_FINE = np.arange(64) * (np.pi / 32.0)
+_FINE_SIDES = np.stack([np.cos(_FINE), np.sin(_FINE)])
 # Corners of a hull that stand for all of it.
 _CORNERS = 64
 # Turns before the camera below which outlines keep their corners [rad].
@@ -128,32 +131,33 @@ def _uneven(
 def _of_outline(states: Sequence[SceneState], name: str, body: str, exposed: float) -> float:
     """How many snapshots it takes until the outline of a body that turns is where it should be.
 
-    On each side the outline is the farthest corner of the hull. A snapshot takes those of its
+    On each side the outline is the farthest corner of the hull. A snapshot takes the corners of its
     middle's outline along parabolas through their places at both ends; meanwhile others come out
-    farther, and arcs leave their parabolas.
+    farther, arcs leave their parabolas, and faces come into view.
     """
     poses = np.array([camera_from_body(one.cameras[name], one.bodies[body]) for one in states])
     turns = Rotation.from_matrix(poses[:, :3, :3])
     if (turns[1:] * turns[:-1].inv()).magnitude().sum() * exposed < _MIN_TURN:
         return 1.0
-    sights = np.einsum("tji,tj->ti", poses[:, :3, :3], poses[:, :3, 3])
-    sides = [angle_between(one, other) for one, other in pairwise(sights)]
-    wanted = exposed * float(np.sum(sides)) / _OTHER_SIDE
     times = np.linspace(-1.0, 1.0, len(states))
     within = exposed * np.linspace(-1.0, 1.0, _STEPS + 1)
-    hull = states[len(states) // 2].bodies[body].model.posed_mesh.hull
-    hull = hull[:: int(np.ceil(len(hull) / _CORNERS))]
-    turned = np.einsum("tij,pj->tpi", Slerp(times, turns)(within).as_matrix(), hull)
-    offsets = np.vander(within, len(times)) @ np.linalg.solve(
+    posed = states[len(states) // 2].bodies[body].model.posed_mesh
+    hull = posed.hull[:: int(np.ceil(len(posed.hull) / _CORNERS))]
+    seen = np.tile(np.eye(4), (len(within), 1, 1))
+    seen[:, :3, :3] = Slerp(times, turns)(within).as_matrix()
+    seen[:, :3, 3] = np.vander(within, len(times)) @ np.linalg.solve(
         np.vander(times, len(times)), poses[:, :3, 3]
     )
     camera = states[0].cameras[name].camera
-    places = camera.project((turned + offsets[:, None]).reshape(-1, 3)).reshape(
-        *turned.shape[:2], 2
-    )
-    if not np.isfinite(places).all():
-        return wanted
+    turned = np.einsum("tij,pj->tpi", seen[:, :3, :3], hull) + seen[:, None, :3, 3]
+    places = camera.project(turned.reshape(-1, 3)).reshape(*turned.shape[:2], 2)
     size = np.array([camera.detector.width, camera.detector.height])
+    area, behind = float(size.prod()), not np.isfinite(places).all()
+    if not behind:
+        area = min(area, outline_area(places[_STEPS // 2]))
+    wanted = snapshots_of_faces(posed, camera, seen[::_STRIDE], area)
+    if behind:
+        return wanted
     in_view = np.all((places > 0.0) & (places < size), axis=-1)
     wanted = max(wanted, _of_arcs(places, in_view))
     for count in _COUNTS:
@@ -181,21 +185,18 @@ def _misplaced(places: Array, in_view: Array, count: int) -> Array:
     in_view : (times, corners), whether they are in the image
     """
     step = _STEPS // count
-    middles = step // 2 + step * np.arange(count)
     outermost = (places @ _SIDES).max(axis=1)
-    # Those that the snapshots show.
-    shown = (places[middles] @ _SIDES).argmax(axis=1)
-    first, middle, last = (
-        np.take_along_axis(places[middles + shift], shown[..., None], axis=1)
-        for shift in (-(step // 2), 0, step // 2)
-    )
-    seen = np.take_along_axis(in_view[middles], shown, axis=1)
     error = np.zeros(_SIDES.shape[1])
-    for shift in range(-(step // 2), step // 2 + 1):
-        share = shift / step
-        path = middle + share * (last - first) + 2.0 * share**2 * (last + first - 2.0 * middle)
+    for start in range(0, _STEPS, step):
+        middle = start + step // 2
+        corners = np.unique((places[middle] @ _FINE_SIDES).argmax(axis=0))
+        seen = in_view[middle, (places[middle] @ _SIDES).argmax(axis=0)]
+        times = np.arange(start, start + step + 1)
+        share = ((times - middle) / step)[:, None, None]
+        first, still, last = (places[time, corners] for time in (start, middle, start + step))
+        paths = still + share * (last - first) + 2.0 * share**2 * (last + first - 2.0 * still)
+        missed = outermost[times] - (paths @ _SIDES).max(axis=1)
         # Both ends count half.
-        weight = (1.0 if abs(shift) < step // 2 else 0.5) / (step * count)
-        swept = (path @ _SIDES).max(axis=1)
-        error += weight * (seen * (outermost[middles + shift] - swept)).sum(axis=0)
+        missed[[0, -1]] *= 0.5
+        error += seen * missed.sum(axis=0) / _STEPS
     return error

@@ -21,7 +21,7 @@ from simgl.errors import ConfigError
 from simgl.scenario.loader import scenario_from_dict
 from simgl.scenario.scenario import Scenario
 from simgl.sequence.event_files import EventSource, write_events
-from simgl.sequence.event_stream import EventSpan, event_stream
+from simgl.sequence.event_stream import MAX_PARTS, EventSpan, event_stream
 from simgl.simulator import Simulator
 
 MS = 1_000_000
@@ -150,6 +150,38 @@ def test_a_step_is_divided_where_the_image_moves_by_more_than_half_a_pixel() -> 
     for columns, on in ((LEADING, True), (TRAILING, False)):
         for x in columns:
             assert seconds(events, x, on).shape == (8, COUNT)
+
+
+def passing(speed: float, aside: float, milliseconds: int) -> Scenario:
+    """The still plates, and a wall 2 m before the camera that flies by in the middle of a time.
+
+    speed : [m/s]; aside : of its edge from the axis of the view [m]
+    """
+    table = scene(0.0)
+    table["spacecraft"]["wall"] = {
+        "position_icrf_m": [7.0e6 - 0.5e-3 * milliseconds * speed, aside + 5.0, 18.0],
+        "velocity_icrf_m_s": [speed, 0.0, 0.0],
+        "model": {"box": {"size_m": [4.0, 10.0, 0.5], "material": {"reflectance": 0.5}}},
+    }
+    return scenario_from_dict(table)
+
+
+def number_of_sub_frames(scenario: Scenario, milliseconds: int, step_ms: int) -> int:
+    start = scenario.epoch_tai_ns
+    span = EventSpan(camera="dvs", start=start, stop=start + milliseconds * MS, step=step_ms * MS)
+    with Simulator(scenario) as simulator:
+        return len(list(event_stream(simulator, span)))
+
+
+def test_what_passes_beside_the_view_takes_no_more_sub_frames() -> None:
+    """It goes 40 mm, or 21 px at its distance, a step, 1 m from a view of 3 cm there."""
+    assert number_of_sub_frames(passing(8.0, 1.0, 50), 50, 5) == 10
+
+
+def test_the_number_of_sub_frames_has_a_bound() -> None:
+    """It goes 5,000 px a step through the view."""
+    count = number_of_sub_frames(passing(2000.0, -5.0, 10), 10, 5)
+    assert 20 < count <= 2 * MAX_PARTS
 
 
 def test_a_still_scene_has_no_events_without_noise() -> None:
