@@ -9,6 +9,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 from time import monotonic, sleep
@@ -79,7 +80,13 @@ def write_arrays(path: Path, arrays: Mapping[str, Any], consequence: str) -> Non
         temporary.replace(path)
         _make_room(path)
     except OSError as error:
-        _LOG.warning("%s: %s; %s", path.parent, error.strerror, consequence)
+        _warn_once(path.parent, error.strerror, consequence)
+
+
+@cache
+def _warn_once(folder: Path, problem: str | None, consequence: str) -> None:
+    """The first time in a process: a folder that takes no file takes none of the next ones."""
+    _LOG.warning("%s: %s; %s", folder, problem, consequence)
 
 
 def _make_room(newest: Path) -> None:
@@ -121,7 +128,7 @@ def computed_once(
         raises KeyError or ValueError
     """
     path = _path(folder, made_by, inputs)
-    return arrays_once(path, compute, fits, f"tables of {folder} are computed again next time")
+    return arrays_once(path, compute, fits, "its contents are computed again next time")
 
 
 def arrays_once(
