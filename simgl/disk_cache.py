@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import fcntl
 import logging
 import os
 import sys
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from functools import cache
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from time import monotonic, sleep
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -23,7 +26,13 @@ from simgl.input_files import read_file
 # Of each folder: an arm on the move leaves a file with every step.
 MAX_BYTES = 1 << 30
 
+# What one waits at most for another process that makes a file, and how often it looks [s].
+LONGEST_WAIT_S = 120.0
+_LOOK_EVERY_S = 0.05
+
 Arrays = dict[str, AnyArray]
+
+_Made = TypeVar("_Made")
 
 _LOG = logging.getLogger(__name__)
 
@@ -71,7 +80,13 @@ def write_arrays(path: Path, arrays: Mapping[str, Any], consequence: str) -> Non
         temporary.replace(path)
         _make_room(path)
     except OSError as error:
-        _LOG.warning("%s: %s; %s", path.parent, error.strerror, consequence)
+        _warn_once(path.parent, error.strerror, consequence)
+
+
+@cache
+def _warn_once(folder: Path, problem: str | None, consequence: str) -> None:
+    """The first time in a process: a folder that takes no file takes none of the next ones."""
+    _LOG.warning("%s: %s; %s", folder, problem, consequence)
 
 
 def _make_room(newest: Path) -> None:
@@ -113,11 +128,82 @@ def computed_once(
         raises KeyError or ValueError
     """
     path = _path(folder, made_by, inputs)
-    arrays = read_arrays(path)
-    if arrays is None or not _fit(arrays, fits):
+    return arrays_once(path, compute, fits, "its contents are computed again next time")
+
+
+def arrays_once(
+    path: Path, compute: Callable[[], Arrays], fits: Callable[[Arrays], bool], consequence: str
+) -> Arrays:
+    """Arrays from a file, computed where it is missing, damaged or does not fit.
+
+    consequence : as for ``write_arrays``
+    """
+
+    def read() -> Arrays | None:
+        arrays = read_arrays(path)
+        return arrays if arrays is not None and _fit(arrays, fits) else None
+
+    def make() -> Arrays:
         arrays = compute()
-        write_arrays(path, arrays, f"tables of {folder} are computed again next time")
-    return arrays
+        write_arrays(path, arrays, consequence)
+        return arrays
+
+    return made_once(path, read, make)
+
+
+def made_once(path: Path, read: Callable[[], _Made | None], make: Callable[[], _Made]) -> _Made:
+    """What a file holds; the file is made first if it is missing. Of several processes or threads
+    that lack it at the same time one makes it, and the others wait.
+
+    read : returns None while the file is missing or unusable
+    make : makes and writes it
+    """
+    found = read()
+    if found is None:
+        with _lock_of(path):
+            found = read()
+            if found is None:
+                found = make()
+    return found
+
+
+@contextmanager
+def _lock_of(path: Path) -> Iterator[None]:
+    """The right to make a file. It ends with the process that has it.
+
+    Without it after ``LONGEST_WAIT_S``, or where the folder takes no lock, the block runs all the
+    same: then a file is made twice, which costs only time.
+    """
+    lock = path.with_suffix(".lock")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        descriptor = os.open(lock, os.O_RDWR | os.O_CREAT, 0o666)
+    except OSError:
+        yield
+        return
+    locked = False
+    try:
+        locked = _wait_for_lock(descriptor)
+        yield
+    finally:
+        if locked:
+            with suppress(OSError):
+                lock.unlink()
+        os.close(descriptor)
+
+
+def _wait_for_lock(descriptor: int) -> bool:
+    end = monotonic() + LONGEST_WAIT_S
+    while monotonic() < end:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            sleep(_LOOK_EVERY_S)
+        except OSError:
+            return False
+        else:
+            return True
+    return False
 
 
 def _path(folder: str, made_by: Sequence[str], inputs: object) -> Path:

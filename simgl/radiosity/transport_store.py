@@ -11,7 +11,7 @@ from typing import Any, Literal, TypeVar
 import numpy as np
 from scipy import sparse
 
-from simgl.disk_cache import cache_folder, read_arrays, write_arrays
+from simgl.disk_cache import cache_folder, made_once, read_arrays, write_arrays
 from simgl.lru_cache import MANY, LruCache
 from simgl.motion.joints import Joint
 from simgl.progress import ProgressCallback, begin_stage
@@ -185,13 +185,15 @@ def jointed_transport_of(
     mesh : as stored
     """
     path = _jointed_path(mesh, joints, open_sheets, settings)
-    transport = _read(path, lambda data: _unpacked_jointed(data, joints))
-    if transport is None:
+
+    def make() -> JointedTransport:
         transport = bake_jointed(
             mesh, joints, open_sheets=open_sheets, settings=settings, progress=progress
         )
         write_arrays(path, _packed_jointed(transport), _NOT_WRITTEN)
-    return transport
+        return transport
+
+    return made_once(path, lambda: _read(path, lambda data: _unpacked_jointed(data, joints)), make)
 
 
 def transport_of(
@@ -209,12 +211,14 @@ def transport_of(
     if not sees_itself(mesh, 2 if open_sheets else 1):
         return None
     path = _path(mesh, open_sheets, settings)
-    transport = _read(path, _unpacked)
-    if transport is None:
+
+    def make() -> LightTransport:
         transport = bake(mesh, open_sheets=open_sheets, settings=settings, progress=progress)
         assert transport is not None
         write_arrays(path, _packed(transport), _NOT_WRITTEN)
-    return transport
+        return transport
+
+    return made_once(path, lambda: _read(path, _unpacked), make)
 
 
 def _jointed_path(

@@ -58,7 +58,11 @@ def test_arrays_are_computed_once_again_after_damage_and_always_without_a_folder
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
     np.testing.assert_array_equal(once(7), first)
     assert compute.calls == 4
-    assert "some are computed again next time" in caplog.text
+    once(9)
+    (record,) = caplog.records
+    message = record.getMessage()
+    assert str(tmp_path / "file" / "simgl" / "some") in message
+    assert "computed again next time" in message
 
 
 def test_a_changed_module_or_package_computes_again(

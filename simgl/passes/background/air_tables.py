@@ -9,13 +9,14 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Sequence
 from dataclasses import astuple, dataclass, replace
+from functools import partial
 
 import moderngl
 import numpy as np
 
 from simgl import assets
 from simgl.arrays import Array, Array32
-from simgl.disk_cache import cache_folder, read_arrays, write_arrays
+from simgl.disk_cache import arrays_once, cache_folder
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import all_or_nothing, release_all
@@ -164,12 +165,8 @@ def tables_of(
     A folder that cannot be written only costs the next making; a damaged file is made anew.
     """
     path = cache_folder("air") / f"{_key(ctx, kind)}.npz"
-    cached = read_arrays(path)
-    if cached is not None and _is_complete(cached):
-        return cached
-    made = make_tables(ctx, kind, orders=ORDERS, progress=progress)
-    write_arrays(path, made, "tables of the air are made again next time")
-    return made
+    compute = partial(make_tables, ctx, kind, orders=ORDERS, progress=progress)
+    return arrays_once(path, compute, _is_complete, "tables of the air are made again next time")
 
 
 def _key(ctx: moderngl.Context, kind: AirKind) -> str:
