@@ -207,7 +207,8 @@ class Scenario:
         """
         given = joint_angles or {}
         with self._named_in_errors():
-            check_given(bodies, given, exposure_times or (), self.motions, self.cameras)
+            known = self.motions.keys() | self.models.keys()
+            check_given(bodies, given, exposure_times or (), known, self.cameras)
         cameras = dict(self.cameras)
         for name, seconds in (exposure_times or {}).items():
             cameras[name] = replace(cameras[name], exposure_time=seconds)

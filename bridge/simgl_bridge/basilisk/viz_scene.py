@@ -235,12 +235,17 @@ def _sun_position(
 
 
 def _with_models(base: Scenario, tai_ns: int, poses: dict[str, Pose], sun: Array) -> SceneState:
-    """Spacecraft that were sent, with their joints and lamps, and the stars; without cameras."""
+    """Spacecraft that were sent, with their joints and lamps, and the stars; without cameras.
+
+    Of what was sent, the scenario's spacecraft count; the others can carry nothing but cameras.
+    """
+    known = base.motions.keys() | base.models.keys()
+    poses = {name: pose for name, pose in poses.items() if name in known}
     sent = replace(
         base,
         earth=None,
         models={name: model for name, model in base.models.items() if name in poses},
-        motions={},
+        motions={name: motion for name, motion in base.motions.items() if name in poses},
         cameras={},
         mounts={},
         lamps={name: lamp for name, lamp in base.lamps.items() if lamp.spacecraft in poses},

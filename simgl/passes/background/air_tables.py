@@ -9,7 +9,6 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Sequence
 from dataclasses import astuple, dataclass, replace
-from functools import partial
 
 import moderngl
 import numpy as np
@@ -165,8 +164,12 @@ def tables_of(
     A folder that cannot be written only costs the next making; a damaged file is made anew.
     """
     path = cache_folder("air") / f"{_key(ctx, kind)}.npz"
-    compute = partial(make_tables, ctx, kind, orders=ORDERS, progress=progress)
-    return arrays_once(path, compute, _is_complete, "tables of the air are made again next time")
+    return arrays_once(
+        path,
+        lambda: make_tables(ctx, kind, orders=ORDERS, progress=progress),
+        _is_complete,
+        "tables of the air are made again next time",
+    )
 
 
 def _key(ctx: moderngl.Context, kind: AirKind) -> str:
