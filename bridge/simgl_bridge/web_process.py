@@ -44,8 +44,9 @@ _PLANES = ("dn", "electrons", "radiance", "depth")
 
 def shown_state(scenario: Scenario, images: Images) -> SceneState:
     """The state that images show."""
-    poses = {name: _pose(sent) for name, sent in images.bodies.items() if name in scenario.models}
-    joints = {name: sent.joints for name, sent in images.bodies.items() if sent.joints}
+    shown = {name: sent for name, sent in images.bodies.items() if name in scenario.models}
+    poses = {name: _pose(sent) for name, sent in shown.items()}
+    joints = {name: sent.joints for name, sent in shown.items() if sent.joints}
     sun = None
     if images.images:
         sun = ASTRONOMICAL_UNIT * np.array(images.images[0].sun_direction_icrf)
