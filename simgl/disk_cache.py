@@ -158,13 +158,13 @@ def made_once(path: Path, read: Callable[[], _Made | None], make: Callable[[], _
     read : returns None while the file is missing or unusable
     make : makes and writes it
     """
-    found = read()
-    if found is None:
+    content = read()
+    if content is None:
         with _lock_of(path):
-            found = read()
-            if found is None:
-                found = make()
-    return found
+            content = read()
+            if content is None:
+                content = make()
+    return content
 
 
 @contextmanager

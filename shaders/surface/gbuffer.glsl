@@ -1,3 +1,4 @@
+#include "common/texels.glsl"
 #include "gbuffer/page_places.glsl"
 #include "surface/layers.glsl"
 #include "surface/material.glsl"

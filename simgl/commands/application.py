@@ -78,7 +78,7 @@ def run() -> None:
     _silence_libraries()
     try:
         _load_further_commands()
-        sys.exit(app(prog_name="simgl", standalone_mode=False))
+        sys.exit(app(prog_name="simgl", standalone_mode=False) or 0)
     except SimglError as error:
         print(f"simgl: {error}", file=sys.stderr)
         sys.exit(2)

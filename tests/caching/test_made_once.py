@@ -81,8 +81,8 @@ def test_threads_of_one_process_compute_once() -> None:
         return {"codes": np.arange(6)}
 
     with ThreadPoolExecutor(4) as pool:
-        found = pool.map(lambda _: computed_once("some", ["numpy"], 1, compute), range(4))
-        assert [int(arrays["codes"].sum()) for arrays in found] == [15] * 4
+        tables = pool.map(lambda _: computed_once("some", ["numpy"], 1, compute), range(4))
+        assert [int(arrays["codes"].sum()) for arrays in tables] == [15] * 4
     assert len(calls) == 1
 
 
