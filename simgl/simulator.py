@@ -17,7 +17,7 @@ from simgl.errors import ConfigError, did_you_mean
 from simgl.first_image import prepare_first_image
 from simgl.flash_lidar import lidar_frame
 from simgl.garbage_collection import collect_again, leave_out_of_collections
-from simgl.gpu.context import close_context, current, open_context, preserve_current
+from simgl.gpu.context import close_context, current, is_closed, open_context, preserve_current
 from simgl.gpu.release import freed_on_error
 from simgl.gpu.render_targets import ImageTarget
 from simgl.gpu.timers import PassTimer
@@ -428,16 +428,15 @@ class Simulator(AbstractContextManager["Simulator"]):
         return lidar_frame(still.info, still.info.seed, depth, lit, sunlit)
 
     def _truth(self, still: StillScene) -> TruthFrame:
-        target = self._renderer.truth(still.view)
+        target, names = self._renderer.truth(still.view), still.state.part_names
         return TruthFrame(
-            info=still.info,
-            depth=target.read(0),
-            part_id=target.read(1),
-            part_names=still.state.part_names,
+            info=still.info, depth=target.read(0), part_id=target.read(1), part_names=names
         )
 
     def close(self) -> None:
-        """Free the GPU resources, and the context if this simulator opened it."""
+        """Free the GPU resources, and the context if this simulator opened it. May be repeated."""
+        if is_closed(self._ctx):
+            return
         collect_again(self)
         with current(self._ctx):
             self._camera_pipeline.release()

@@ -218,7 +218,7 @@ def current(ctx: moderngl.Context) -> Iterator[moderngl.Context]:
 
     Raises ContextError where the context is current on another thread, or is closed.
     """
-    if isinstance(ctx.mglo, moderngl.InvalidObject):
+    if is_closed(ctx):
         raise ContextError("the OpenGL context is closed", "open another one, or a new Simulator")
     if ctx not in _bindings:
         find_loaded()
@@ -244,6 +244,11 @@ def preserve_current() -> Iterator[None]:
         yield
     finally:
         _restore(before)
+
+
+def is_closed(ctx: moderngl.Context) -> bool:
+    """Whether a context was destroyed."""
+    return isinstance(ctx.mglo, moderngl.InvalidObject)
 
 
 def close_context(ctx: moderngl.Context) -> None:

@@ -291,3 +291,11 @@ def test_a_simulator_that_is_closed_says_so() -> None:
         state = SCENARIO.at(SCENARIO.epoch_tai_ns)
     with pytest.raises(ContextError, match="the OpenGL context is closed; open another one"):
         simulator.capture(state, "cam", {Product.RADIANCE})
+
+
+@pytest.mark.parametrize("owned", [True, False])
+def test_a_simulator_may_be_closed_twice(owned: bool) -> None:
+    with temporary_context() as ctx:
+        simulator = Simulator(SCENARIO) if owned else Simulator(SCENARIO, ctx=ctx)
+        simulator.close()
+        simulator.close()
