@@ -175,10 +175,8 @@ def _lock_of(path: Path) -> Iterator[None]:
     same: then a file is made twice, which costs only time.
     """
     lock = path.with_suffix(".lock")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        descriptor = os.open(lock, os.O_RDWR | os.O_CREAT, 0o666)
-    except OSError:
+    descriptor = _opened(lock)
+    if descriptor is None:
         yield
         return
     locked = False
@@ -190,6 +188,14 @@ def _lock_of(path: Path) -> Iterator[None]:
             with suppress(OSError):
                 lock.unlink()
         os.close(descriptor)
+
+
+def _opened(lock: Path) -> int | None:
+    try:
+        lock.parent.mkdir(parents=True, exist_ok=True)
+        return os.open(lock, os.O_RDWR | os.O_CREAT, 0o666)
+    except OSError:
+        return None
 
 
 def _wait_for_lock(descriptor: int) -> bool:
