@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from simgl.errors import AssetError, ConfigError, SimglError
-from simgl.motion.files.motion_reader import read_attitude, read_path, read_rotations
+from simgl.motion.files.motion_reader import read_attitude, read_path
 from tests.motion.motion_files import (
     AEM,
     APM,
@@ -32,10 +32,6 @@ def path_of(file: Path) -> object:
     return read_path(file, EPOCH, allowed_error=1e9)
 
 
-def rotations_of(file: Path) -> object:
-    return read_rotations(file, EPOCH)
-
-
 def attitude_of(file: Path) -> object:
     return read_attitude(file, EPOCH)
 
@@ -43,15 +39,15 @@ def attitude_of(file: Path) -> object:
 OEM = oem(60.0, 4)
 GOOD: dict[str, tuple[str, Reader]] = {
     "oem": (OEM, path_of),
-    "aem": (AEM, rotations_of),
+    "aem": (AEM, attitude_of),
     "tle": (TLE, path_of),
     "table": (TABLE, path_of),
     "oem in XML": (in_xml("oem", OEM), path_of),
-    "aem in XML": (in_xml("aem", AEM), rotations_of),
+    "aem in XML": (in_xml("aem", AEM), attitude_of),
     "opm": (opm(), path_of),
     "apm": (APM, attitude_of),
     "stk ephemeris": (stk_ephemeris(60.0, 4), path_of),
-    "stk attitude": (STK_ATTITUDE, rotations_of),
+    "stk attitude": (STK_ATTITUDE, attitude_of),
 }
 
 # File, passage, what stands there instead, and the complaint after the file's name.
@@ -184,7 +180,7 @@ def test_one_kind_for_the_other_is_told(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="give it as attitude_file"):
         path_of(written(tmp_path, AEM))
     with pytest.raises(ConfigError, match="give it as trajectory"):
-        rotations_of(written(tmp_path, TLE))
+        attitude_of(written(tmp_path, TLE))
 
 
 def damaged(text: str, rng: np.random.Generator) -> str:
