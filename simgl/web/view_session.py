@@ -44,7 +44,7 @@ class ViewSession:
             before = now
             for kind, values in commands:
                 try:
-                    wanted = changed(wanted, self._newest.scenario[1], kind, values)
+                    wanted = changed(wanted, self._newest.scenario, kind, values)
                 except ConfigError as error:
                     message = str(error)
             if must_draw or message or wanted != self._settings:
@@ -63,7 +63,7 @@ class ViewSession:
         self._show(state, message)
 
     def _state(self) -> SceneState:
-        return chosen_state(self._newest.scenario[1], self._settings)
+        return chosen_state(self._newest.scenario, self._settings)
 
     def _show(self, state: SceneState, message: str) -> None:
         images = {}
@@ -84,7 +84,7 @@ class ViewSession:
     def _wanted_products(self) -> dict[str, frozenset[Product]]:
         """Products of the cameras that viewers watch; of the first one before anybody does."""
         watched = self._newest.watched
-        cameras = self._newest.scenario[1].cameras
+        cameras = self._newest.scenario.cameras
         if not watched:
             return dict.fromkeys(list(cameras)[:1], _ALWAYS)
         products = {}

@@ -27,7 +27,7 @@ def snapshot(
     newest: Newest, value: int = 7, size: int = 48, **planes: npt.NDArray[np.float32]
 ) -> Snapshot:
     """The scene with an image of noise, which JPEG does not make small, and with other planes."""
-    scenario = newest.scenario[1]
+    scenario = newest.scenario
     rng = np.random.default_rng(value)
     dn = rng.integers(0, 4096, (size, size), dtype=np.uint16)
     images = CameraImages(

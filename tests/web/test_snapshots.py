@@ -16,7 +16,7 @@ def test_what_nobody_took_is_replaced() -> None:
     newest = Newest(box_scenario())
     news = []
     newest.on_news(lambda: news.append(True))
-    state = newest.scenario[1].at(0)
+    state = newest.scenario.at(0)
     first, last = (Snapshot(state=state, images={}) for _ in range(2))
     newest.publish(first)
     newest.publish(last)
@@ -29,7 +29,7 @@ def test_nothing_is_wanted_until_a_viewer_took_the_last() -> None:
     assert not newest.wait_until_wanted(0.0)
     newest.watch("viewer", "nav", "dn")
     assert newest.wait_until_wanted(0.0)
-    newest.publish(Snapshot(state=newest.scenario[1].at(0), images={}))
+    newest.publish(Snapshot(state=newest.scenario.at(0), images={}))
     assert not newest.wait_until_wanted(0.0)
     newest.newest()
     assert newest.wait_until_wanted(0.0)
