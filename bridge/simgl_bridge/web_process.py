@@ -16,14 +16,14 @@ import numpy as np
 import zmq
 
 from simgl.arrays import AnyArray
-from simgl.displays import CameraImages
 from simgl.errors import SimglError
-from simgl.idle_priority import run_when_idle
+from simgl.figures.displays import CameraImages
 from simgl.physics.constants import ASTRONOMICAL_UNIT
 from simgl.physics.frames import Pose, matrix_from_quaternion
 from simgl.scenario.loader import load_scenario
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState
+from simgl.viewer.idle_priority import run_when_idle
 from simgl.web.page_server import PageServer
 from simgl.web.snapshots import Newest, Snapshot
 from simgl.web.web_access import web_access

@@ -16,7 +16,7 @@ from simgl.assess.target_background import TargetBackground, backdrop, ring_arou
 from simgl.assess.target_warmth import TargetWarmth, target_warmth, thermal_signal_to_noise
 from simgl.camera.camera import Camera
 from simgl.errors import ConfigError, did_you_mean
-from simgl.false_colour import relative_flux
+from simgl.figures.false_colour import relative_flux
 from simgl.images import saturated
 from simgl.physics.frames import angle_between
 from simgl.scenario.schema import UsabilityCriteria

@@ -10,7 +10,7 @@ import numpy as np
 
 from simgl.arrays import Array
 from simgl.assess.requirement_check import Check
-from simgl.figure_style import (
+from simgl.figures.style import (
     BLUE,
     GREEN,
     INK,

@@ -9,8 +9,8 @@ import numpy as np
 
 from simgl.arrays import Array, Array32, Mask
 from simgl.camera.camera import Camera
+from simgl.camera.chebyshev import chebyshev_interpolation, chebyshev_nodes
 from simgl.camera.projections import Distortion
-from simgl.chebyshev import chebyshev_interpolation, chebyshev_nodes
 from simgl.errors import ConfigError
 from simgl.lru_cache import MANY, LruCache
 

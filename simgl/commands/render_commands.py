@@ -96,7 +96,7 @@ def render(
                 capture = simulator.capture_at(epoch, name, wanted, draw)
                 paths = write_capture(capture, out, name, packed=packed)
                 if maps:
-                    from simgl.maps import write_maps
+                    from simgl.figures.maps import write_maps
 
                     paths += write_maps(capture, out, name)
             written.append(name)

@@ -51,7 +51,7 @@ def thermal(
     last epoch in K; with --camera the files of simgl render for it. Example:
     simgl thermal examples/servicer.toml --duration 600 --out out/thermal
     """
-    from simgl.heat_map import write_heat_map, write_temperatures
+    from simgl.figures.heat_map import write_heat_map, write_temperatures
     from simgl.output import check_writable
     from simgl.sequence.epochs import regular
     from simgl.sequence.epochs import span as chosen_span
@@ -108,7 +108,7 @@ def _image(
     simulator: Simulator, camera: str, tai_ns: int, temperatures: Temperatures, folder: Path
 ) -> list[Path]:
     """The files of a thermal camera's image."""
-    from simgl.maps import write_maps
+    from simgl.figures.maps import write_maps
     from simgl.output import write_capture
     from simgl.products import Product
 

@@ -11,6 +11,6 @@
 ``page_handlers``, ``page_server``  HTTP, WebSocket and MJPEG, on a thread; need the package tornado
 ``page/``              the page itself: HTML, style and scripts; loads nothing from elsewhere
 
-May import the simulator. A new way to show an image is a branch in ``simgl.displays.display`` and
-an option in ``page/view.js``.
+May import the simulator. A new way to show an image is a branch in
+``simgl.figures.displays.display`` and an option in ``page/view.js``.
 """

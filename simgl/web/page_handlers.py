@@ -12,7 +12,7 @@ from tornado.iostream import StreamClosedError
 from tornado.web import Application, RequestHandler
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
-from simgl.displays import CameraImages, Display, pixel_values
+from simgl.figures.displays import CameraImages, Display, pixel_values
 from simgl.web.scene_description import model_bytes, scenario_description
 from simgl.web.snapshots import Snapshot
 from simgl.web.viewers import Viewers

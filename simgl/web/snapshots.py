@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from simgl.displays import CameraImages
+from simgl.figures.displays import CameraImages
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState
 from simgl.web.scene_description import scene_description

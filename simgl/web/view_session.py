@@ -6,8 +6,8 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 
-from simgl.displays import CameraImages, images_of
 from simgl.errors import ConfigError
+from simgl.figures.displays import CameraImages, images_of
 from simgl.scene.state import SceneState
 from simgl.simulator import Product, Simulator
 from simgl.web.snapshots import Newest, Snapshot

@@ -10,7 +10,7 @@ from collections.abc import Coroutine
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
-from simgl.displays import Display, display
+from simgl.figures.displays import Display, display
 from simgl.web.snapshots import Newest, Snapshot
 from simgl.web.web_access import WebAccess
 

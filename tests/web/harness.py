@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from simgl.displays import CameraImages
+from simgl.figures.displays import CameraImages
 from simgl.web.page_server import PageServer
 from simgl.web.snapshots import Newest, Snapshot
 from simgl.web.web_access import WebAccess
