@@ -49,12 +49,14 @@ class Timeline:
 
     shares : of all epochs, by verdict
     windows : stretches of one verdict, in order of time
+    best : the longest good stretches, the longest first
     worst : the epoch in view with the smallest usable share of the target, None if never in view
     advice : sentences
     """
 
     shares: dict[Verdict, float]
     windows: tuple[Window, ...]
+    best: tuple[Window, ...]
     worst: Moment | None
     advice: tuple[str, ...]
 
@@ -76,6 +78,8 @@ def timeline_document(summary: Timeline) -> dict[str, object]:
     }
 
 
+# Stretches that a summary lists.
+_LISTED = 5
 # Advice is given where it would help at least this share of the epochs.
 _MIN_SHARE = 0.02
 
@@ -84,10 +88,12 @@ def timeline(moments: Sequence[Moment]) -> Timeline:
     """The summary of epochs in order of time, at least one."""
     counts = Counter(moment.verdict for moment in moments)
     windows = _windows(moments)
+    good = [window for window in windows if window.verdict is Verdict.GOOD]
     in_view = [moment for moment in moments if moment.verdict is not Verdict.NOT_IN_VIEW]
     return Timeline(
         shares={verdict: counts[verdict] / len(moments) for verdict in Verdict},
         windows=tuple(windows),
+        best=tuple(sorted(good, key=lambda w: (-w.duration, w.start_ns))[:_LISTED]),
         worst=min(in_view, key=lambda m: (m.usable, m.median_snr), default=None),
         advice=tuple(_advice(moments)),
     )

@@ -38,12 +38,16 @@ def thermal(
     ] = None,
     initial: Annotated[
         InitialState,
-        typer.Option(help="Steady state of the first epoch, or as if the span repeated."),
+        typer.Option(
+            help="Start: steady state of the first epoch, or the periodic state of the span."
+        ),
     ] = InitialState.STEADY,
     camera: Annotated[
         str | None, typer.Option(help="A thermal camera: also its image of the last epoch.")
     ] = None,
-    patches: Annotated[int, typer.Option(min=20, max=6000, help="Patches, about.")] = 1500,
+    patches: Annotated[
+        int, typer.Option(min=20, max=6000, help="Approximate number of patches of the mesh.")
+    ] = 1500,
 ) -> None:
     """Integrate the temperatures of a spacecraft along its trajectory.
 
