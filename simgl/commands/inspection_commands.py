@@ -257,13 +257,13 @@ def view(
 
 def _view_in_browsers(path: Path, address: str | None, token_file: Path | None) -> None:
     from simgl.web.page_server import PageServer
-    from simgl.web.snapshots import Newest
+    from simgl.web.snapshots import NewestSnapshot
     from simgl.web.view_session import ViewSession
     from simgl.web.web_access import DEFAULT_WEB_ADDRESS, web_access
 
     access = web_access(address or DEFAULT_WEB_ADDRESS, token_file)
     loaded = load(path)
-    newest = Newest(loaded)
+    newest = NewestSnapshot(loaded)
     # First of all: an address that is taken is told at once.
     with PageServer(newest, access) as server, opened(loaded) as simulator:
         say(f"Open {server.url} in a browser; Ctrl-C ends it.")

@@ -1,10 +1,10 @@
 """The browser view: a page that shows a scenario, or follows what a server renders.
 
-    ViewSession, or a follower of a server -> Snapshot -> Newest -> PageServer -> browsers
+    ViewSession, or a follower of a server -> Snapshot -> NewestSnapshot -> PageServer -> browsers
 
 ``scene_description``  what the 3-D view shows of a state, as plain data
 ``snapshots``          one instant as it is shown; the newest one, shared by threads
-``view_settings_web``  what the viewers of a scenario chose, and the commands that change it
+``web_settings``       what the viewers of a scenario chose, and the commands that change it
 ``view_session``       renders a scenario as its viewers ask for
 ``web_access``         where the page may be bound, and who may see it
 ``viewers``            who looks on; the images that they share

@@ -1,4 +1,4 @@
-"""What is shown at one instant, and the newest of it, shared by threads. Nothing is queued."""
+"""The scene and its images at one instant, and the newest of these, shared by threads; no queue."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Snapshot:
         return json.dumps(scene_description(self.state))
 
 
-class Newest:
+class NewestSnapshot:
     """The newest snapshot of a scenario, and what viewers want. Safe to use on any thread.
 
     follows : None where viewers control the scene, else what they follow, in words

@@ -10,8 +10,8 @@ from simgl.errors import ConfigError
 from simgl.figures.displays import CameraImages, images_of
 from simgl.scene.state import SceneState
 from simgl.simulator import Product, Simulator
-from simgl.web.snapshots import Newest, Snapshot
-from simgl.web.view_settings_web import WebSettings, changed, chosen_state
+from simgl.web.snapshots import NewestSnapshot, Snapshot
+from simgl.web.web_settings import WebSettings, changed, chosen_state
 
 # Planes that need no further rendering; any other name is a layer.
 _PLANES = ("dn", "electrons", "radiance", "depth")
@@ -23,7 +23,7 @@ _IDLE = 0.25
 class ViewSession:
     """Renders on the thread that calls ``run``; viewers reach it through ``newest``."""
 
-    def __init__(self, simulator: Simulator, newest: Newest) -> None:
+    def __init__(self, simulator: Simulator, newest: NewestSnapshot) -> None:
         self._simulator, self._newest = simulator, newest
         self._settings = WebSettings()
         self._passes: dict[str, float] = {}

@@ -21,11 +21,11 @@ LAYERS = (
     ),
     (
         "assets",
+        "background_work",
         "decoded_files",
         "html_table",
         "input_files",
         "sample_grid",
-        "side_work",
         "sparse_arrays",
     ),
     ("disk_cache", "file_cache", "gpu", "physics"),
