@@ -171,7 +171,7 @@ def serve(
             problem = "goes with --address: Basilisk's own protocol has nothing of the kind"
             raise ConfigError("simgl serve", option, problem)
     if scenario is None and address is not None:
-        raise ConfigError("simgl serve", "SCENARIO", "is missing; only --basilisk does without")
+        raise ConfigError("simgl serve", "SCENARIO", "is required unless --basilisk is given")
     if record_images and record is None:
         raise ConfigError("simgl serve", "--record-images", "goes with --record")
     if camera and basilisk is None:

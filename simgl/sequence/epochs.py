@@ -35,7 +35,7 @@ def span(scenario: Scenario, options: SpanOptions) -> tuple[int, int]:
     """First and last instant [TAI ns]; raises ConfigError where the options contradict."""
     start = scenario.epoch_tai_ns if options.start is None else _time("--from", options.start)
     if (options.stop is None) == (options.duration is None):
-        raise ConfigError(_COMMAND_LINE, "--to", "or --duration is needed, and not both")
+        raise ConfigError(_COMMAND_LINE, "--to", "or --duration is required, not both")
     if options.stop is not None:
         stop = _time("--to", options.stop)
     else:
