@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from simgl.assess.emva1288 import camera_under_test as camera_under_test
-    from simgl.assess.emva1288 import examine as examine
+    from simgl.assess.emva1288 import measure_camera as measure_camera
     from simgl.assess.target_background import tangent_heights as tangent_heights
     from simgl.assess.target_light import FrameAssessment as FrameAssessment
     from simgl.assess.target_light import assess_frame as assess_frame
@@ -59,7 +59,7 @@ if TYPE_CHECKING:
     from simgl.scene.spacecraft import SpacecraftModel as SpacecraftModel
     from simgl.scene.state import SceneState as SceneState
     from simgl.sequence.epoch_options import Event as Event
-    from simgl.sequence.epochs import events as events
+    from simgl.sequence.epochs import event_epochs as event_epochs
     from simgl.simulator import ALL_PRODUCTS as ALL_PRODUCTS
     from simgl.simulator import Capture as Capture
     from simgl.simulator import Product as Product
@@ -69,7 +69,7 @@ if TYPE_CHECKING:
 
 # Public names by the module that defines them.
 _MODULES = {
-    "assess.emva1288": "camera_under_test examine",
+    "assess.emva1288": "camera_under_test measure_camera",
     "assess.target_background": "tangent_heights",
     "assess.target_light": "FrameAssessment assess_frame",
     "assess.verdict": "Verdict verdict",
@@ -93,11 +93,15 @@ _MODULES = {
     "scene.materials": "Material",
     "scene.spacecraft": "SpacecraftModel",
     "scene.state": "SceneState",
-    "sequence.epochs": "events",
+    "sequence.epochs": "event_epochs",
     "sequence.epoch_options": "Event",
     "simulator": "ALL_PRODUCTS Capture Product Simulator",
 }
-_RENAMED = {"Exposure": "Capture"}
+_RENAMED = {
+    "Exposure": "Capture",
+    "events": "event_epochs",
+    "examine": "measure_camera",
+}
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names.split()}
 
 __all__ = sorted([*_MODULE_OF, "__version__"])

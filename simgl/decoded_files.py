@@ -41,7 +41,7 @@ def decoded_image(
                 raise _TooLargeError(problem)
             image.load()
     except UnidentifiedImageError:
-        raise ValueError("is not a picture that Pillow can read") from None
+        raise ValueError("is not an image that Pillow can read") from None
     except _TooLargeError as error:
         raise ValueError(str(error)) from None
     except Exception as error:  # Pillow raises whatever its decoders raise

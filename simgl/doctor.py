@@ -65,7 +65,7 @@ def _try(backend: str, device_index: int) -> Finding:
         return Finding(backend, device_index, None, error)
 
 
-def examine(device_index: int | None = None) -> list[Finding]:
+def check_opengl(device_index: int | None = None) -> list[Finding]:
     """Every EGL device (or the one asked for) and OSMesa, each opened and closed again."""
     indices = range(egl_device_count() or 1) if device_index is None else (device_index,)
     return [_try("egl", index) for index in indices] + [_try("osmesa", 0)]

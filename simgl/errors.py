@@ -82,5 +82,5 @@ def did_you_mean(given: str, allowed: Iterable[str]) -> str:
     close = get_close_matches(given, names, n=1)
     more = [f"and {len(names) - _MAX_LISTED} more"] if len(names) > _MAX_LISTED else []
     listing = ", ".join([*names[:_MAX_LISTED], *more])
-    listing = f"(allowed: {listing})" if names else "(none is allowed here)"
-    return f'did you mean "{close[0]}"? {listing}' if close else listing
+    listing = f"allowed: {listing}" if names else "none is allowed here"
+    return f'did you mean "{close[0]}"? ({listing})' if close else listing

@@ -43,7 +43,7 @@ class FrameInfo:
     sun_direction_icrf : (3,) unit, from the camera towards the Sun
     sun_irradiance : (4,) at the camera, without eclipse [W m-2]
     seed : of the noise
-    draw : which of the images of this epoch, 0 to 2^32 - 1: another number has other noise
+    draw : noise realisation of this epoch, 0 to 2^32 - 1
     renderer : name of the OpenGL renderer
     interreflection : "off"; "exact"; or "quick", where joints have moved parts of a spacecraft and
         light between them is worked out pair by pair

@@ -9,6 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 import moderngl
 
 from simgl.arrays import Array32, Mask
+from simgl.background_work import background_work
 from simgl.camera.camera import Camera
 from simgl.camera.pinhole_fields import pinhole_fields
 from simgl.environment_map import SkyRadiance
@@ -45,7 +46,6 @@ from simgl.radiosity.final_gather import LitBody
 from simgl.radiosity.transport_store import JointLight, TransportStore
 from simgl.scene.earth import Earth
 from simgl.scene.spacecraft import SpacecraftModel
-from simgl.side_work import side_work
 from simgl.sky_renderer import SkyRenderer
 from simgl.thermal.infrared_surroundings import InfraredSurroundings
 from simgl.thermal.thermal_view import ThermalView
@@ -154,7 +154,7 @@ class Renderer:
             if to_trace:
                 self._interreflection.prepare(models, joint_light)
 
-        with side_work(light, progress):
+        with background_work(light, progress):
             if earth is not None:
                 self._planet.prepare(earth, progress)
                 self._probes.prepare()

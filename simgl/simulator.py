@@ -240,7 +240,7 @@ class Simulator(AbstractContextManager["Simulator"]):
             raise ConfigError(self.scenario.name, f'camera "{camera}"', problem)
         every = [still.camera, *settings]
         if len({(c.name, c.detector.pixel_pitch, c.geometry) for c in every}) > 1:
-            raise ValueError("a setting changes the size or the field of the picture")
+            raise ValueError("a setting changes the size or the field of view of the image")
         captures = []
         with current(self._ctx), freed_on_error(self._ctx):
             shared = self._scene_frames(still, _OF_THE_SCENE & frozenset(products))

@@ -22,7 +22,7 @@ from simgl.arrays import AnyArray
 from simgl.campaign.campaign_file import load_campaign
 from simgl.disk_cache import read_arrays
 from simgl.errors import AssetError
-from simgl.motion.files.motion_reader import read_angles, read_path, read_rotations
+from simgl.motion.files.motion_reader import read_angles, read_attitude, read_path
 from simgl.physics.ephemeris import tai_ns_from_utc
 from simgl.scenario.scenario import Scenario
 from simgl.scene.star_catalogue import shipped_stars
@@ -237,7 +237,7 @@ READERS: dict[str, Reader] = {
     "part.stl": _model("part.stl"),
     "text.stl": _model("text.stl"),
     "orbit.oem": lambda folder: read_path(folder / "orbit.oem", _TAI_NS, allowed_error=1e9),
-    "attitude.aem": lambda folder: read_rotations(folder / "attitude.aem", _TAI_NS),
+    "attitude.aem": lambda folder: read_attitude(folder / "attitude.aem", _TAI_NS),
     "iss.tle": lambda folder: read_path(folder / "iss.tle", _TAI_NS),
     "path.csv": lambda folder: read_path(folder / "path.csv", _TAI_NS, allowed_error=1e9),
     "angles.csv": lambda folder: read_angles(folder / "angles.csv", _TAI_NS),

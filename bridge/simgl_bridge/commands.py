@@ -56,7 +56,8 @@ def serve(
         ),
     ] = None,
     seed: Annotated[
-        int | None, typer.Option(min=0, max=2**32 - 1, help="Instead of the scenario's seed.")
+        int | None,
+        typer.Option(min=0, max=2**32 - 1, help="Noise seed, instead of the scenario's."),
     ] = None,
     root: Annotated[
         Path | None,
@@ -68,19 +69,21 @@ def serve(
         ),
     ] = None,
     restart: Annotated[
-        bool, typer.Option("--restart", help="Start the server again if a fault kills it.")
+        bool, typer.Option("--restart", help="Restart the server if it crashes.")
     ] = False,
     basilisk: Annotated[
         str | None,
         typer.Option(
-            help="Be the image source of Basilisk here, such as tcp://127.0.0.1:5556.",
+            help="Address at which Basilisk finds its image source, such as tcp://127.0.0.1:5556.",
             rich_help_panel=_BASILISK,
         ),
     ] = None,
     camera: CameraFiles = None,
     monitor: Annotated[
         str | None,
-        typer.Option(help="Publish previews here; they may be dropped.", rich_help_panel=_FREE_RUN),
+        typer.Option(
+            help="Address for preview images; they may be dropped.", rich_help_panel=_FREE_RUN
+        ),
     ] = None,
     rate_hz: Annotated[
         float | None,
@@ -94,7 +97,7 @@ def serve(
     record: Annotated[
         Path | None,
         typer.Option(
-            help="Record what is asked and answered to a file in this folder; see simgl replay.",
+            help="Record requests and replies to a file in this folder; see simgl replay.",
             rich_help_panel=_RECORDING,
         ),
     ] = None,
@@ -168,7 +171,7 @@ def serve(
             problem = "goes with --address: Basilisk's own protocol has nothing of the kind"
             raise ConfigError("simgl serve", option, problem)
     if scenario is None and address is not None:
-        raise ConfigError("simgl serve", "SCENARIO", "is missing; only --basilisk does without")
+        raise ConfigError("simgl serve", "SCENARIO", "is required unless --basilisk is given")
     if record_images and record is None:
         raise ConfigError("simgl serve", "--record-images", "goes with --record")
     if camera and basilisk is None:
@@ -245,17 +248,18 @@ def run(
         typer.Argument(help="The program and its arguments, after --.", metavar="COMMAND"),
     ],
     basilisk: Annotated[
-        str, typer.Option(help="Where the program looks for its image source.")
+        str, typer.Option(help="Address at which the program looks for its image source.")
     ] = DEFAULT_BASILISK_ADDRESS,
     scenario: Annotated[
         Path | None, typer.Option(help="Scenario file (TOML) with models, Earth and light.")
     ] = None,
     camera: CameraFiles = None,
     patience_s: Annotated[
-        float, typer.Option(min=1.0, help="A server that does not answer for so long is given up.")
+        float,
+        typer.Option(min=1.0, help="Longest time in seconds that the server may take to answer."),
     ] = 300.0,
 ) -> None:
-    """Run a program that uses Basilisk beside its image source, and end it if that dies.
+    """Run a Basilisk program together with its image server; end it if the server dies.
 
     Basilisk itself would wait for ever. The exit code is the program's.
 

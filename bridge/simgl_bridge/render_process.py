@@ -20,8 +20,8 @@ import zmq
 from simgl.arrays import Image16
 from simgl.camera.camera import Camera
 from simgl.cli_progress import Activity, activity
-from simgl.displays import thumbnail_from_dn
 from simgl.errors import SimglError
+from simgl.figures.displays import thumbnail_from_dn
 from simgl.interruption import report_faults
 from simgl.scenario.loader import load_scenario
 from simgl.scenario.scenario import Scenario

@@ -304,7 +304,7 @@ class Simgl1Endpoint:
 
     def _wait_for_images(self, client: bytes, request: Next) -> None:
         if not self._stream.wait(client, request, time.monotonic()):
-            problem = "too many clients wait for the next picture"
+            problem = "too many clients wait for the next image"
             raise BadMessageError(ErrorCode.BUSY, "", problem, request.id, retryable=True)
         self._answer_waiting()
 
@@ -321,7 +321,7 @@ class Simgl1Endpoint:
         if self._stream.due(now) and not self._queue.has(_STREAM, _STREAM):
             self._queue.offer(_STREAM, self._stream_work())
         for client, request in self._stream.take_overdue(now):
-            problem = f"no picture after sequence {request.after} came in time"
+            problem = f"no image after sequence {request.after} came in time"
             code = ErrorCode.DEADLINE
             self._router.refuse(
                 client, error_of(BadMessageError(code, "", problem, request.id, retryable=True))

@@ -16,16 +16,16 @@ import numpy as np
 import zmq
 
 from simgl.arrays import AnyArray
-from simgl.displays import CameraImages
 from simgl.errors import SimglError
-from simgl.idle_priority import run_when_idle
+from simgl.figures.displays import CameraImages
 from simgl.physics.constants import ASTRONOMICAL_UNIT
 from simgl.physics.frames import Pose, matrix_from_quaternion
 from simgl.scenario.loader import load_scenario
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState
+from simgl.viewer.idle_priority import run_when_idle
 from simgl.web.page_server import PageServer
-from simgl.web.snapshots import Newest, Snapshot
+from simgl.web.snapshots import NewestSnapshot, Snapshot
 from simgl.web.web_access import web_access
 from simgl_bridge.messages import CameraImage, Images, SentPose, Statistics
 from simgl_bridge.processes import end_with_parent
@@ -129,7 +129,7 @@ def _rest(asked: float, used: float) -> None:
 class Follower:
     """Asks the server for images while somebody looks on, and publishes them."""
 
-    def __init__(self, scenario: Scenario, newest: Newest, socket: zmq.Socket[Any]) -> None:
+    def __init__(self, scenario: Scenario, newest: NewestSnapshot, socket: zmq.Socket[Any]) -> None:
         self._scenario, self._newest, self._socket = scenario, newest, socket
         self._before: tuple[float, int] | None = None
         self._images: dict[str, CameraImages] = {}
@@ -182,7 +182,7 @@ def main() -> None:
         token_file = None if options.token_file is None else Path(options.token_file)
         access = web_access(options.address, token_file)
         scenario = load_scenario(Path(options.scenario))
-        newest = Newest(scenario, follows=f'what clients of "{scenario.name}" are sent')
+        newest = NewestSnapshot(scenario, follows=f'what clients of "{scenario.name}" are sent')
         # From here on, with all threads: the start takes seconds, as that of the renderer does.
         run_when_idle(owns_session=True)
         with PageServer(newest, access) as server, zmq.Context() as context:

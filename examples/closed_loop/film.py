@@ -11,7 +11,7 @@ from PIL import Image
 
 from examples.closed_loop.loop import ReportImage
 from examples.closed_loop.report import caption, show
-from simgl.figure_style import figure_style, plain_axes
+from simgl.figures.style import figure_style, plain_axes
 from simgl.output import complete_file
 
 FILM = "docking.webp"

@@ -14,8 +14,8 @@ from examples.closed_loop.criteria import docked
 from examples.closed_loop.loop import Flight
 from examples.closed_loop.report import TEMPLATES, Summary
 from simgl.arrays import Array
-from simgl.figure_style import INK, SOFT, figure_style
-from simgl.html_page import plot_source, write_html_page
+from simgl.figures.html_page import plot_source, write_html_page
+from simgl.figures.style import INK, SOFT, figure_style
 from simgl.output import complete_file
 
 PAGE = "monte_carlo.html"

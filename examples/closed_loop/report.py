@@ -17,7 +17,8 @@ from matplotlib.patches import Rectangle
 from examples.closed_loop.criteria import criteria, docked, facts, verdict
 from examples.closed_loop.loop import Flight, Frame, ReportImage
 from simgl.arrays import Array
-from simgl.figure_style import (
+from simgl.figures.html_page import plot_source, png_source, write_html_page
+from simgl.figures.style import (
     BLUE,
     GREEN,
     LINE,
@@ -29,7 +30,6 @@ from simgl.figure_style import (
     figure_style,
     plain_axes,
 )
-from simgl.html_page import plot_source, png_source, write_html_page
 from simgl.output import complete_file
 
 PAGE = "docking.html"

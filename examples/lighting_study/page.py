@@ -15,7 +15,7 @@ from examples.lighting_study.shot import Shot
 from simgl import exposure_value
 from simgl.arrays import Image8
 from simgl.camera.camera_equation import blender_exposure
-from simgl.figure_style import DN_MAP, figure_style, plain_axes
+from simgl.figures.style import DN_MAP, figure_style, plain_axes
 
 TEMPLATE = Path(__file__).with_name("page_template.md")
 # The study's exposure, and the settings of its software that it names.

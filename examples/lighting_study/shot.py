@@ -23,7 +23,7 @@ from simgl import (
 )
 from simgl.arrays import Array, Array32, Image8, Mask
 from simgl.assess.target_background import ring_around
-from simgl.false_colour import relative_flux
+from simgl.figures.false_colour import relative_flux
 
 TARGET = "space_rider"
 # Body axes of Space Rider.

@@ -17,7 +17,7 @@ from PIL import Image, ImageDraw, ImageFont
 from simgl import Capture, Product, SimglError, Simulator, display_from_radiance, load_scenario
 from simgl.arrays import Array, Image8
 from simgl.cli_progress import activity
-from simgl.figure_style import LIGHT_MAP
+from simgl.figures.style import LIGHT_MAP
 from simgl.images import display_gain
 from simgl.output import check_writable, complete_file
 

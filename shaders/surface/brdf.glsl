@@ -8,7 +8,7 @@
 struct Disc {
     vec3 wi;        // unit, towards its centre
     float radius;   // angular [rad]
-    vec4 limb_u;    // darkening towards its limb per band, the law of limb_profile (common/sun.glsl);
+    vec4 limb_u;    // darkening towards its limb per band, the law of limb_profile (physics/solar_disc.py);
     vec4 limb_v;    // zeros where it is uniform
 };
 

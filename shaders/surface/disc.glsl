@@ -236,7 +236,7 @@ vec4 unblocked_light(SunMap map, Receiver r, Spiral spiral, float reach, uvec4 b
             bit <<= 1u;
         } while (++k < spiral.taps && bit != 0u);
     } while (k < spiral.taps);
-    // The law of limb_profile, summed.
+    // The law of limb_profile (physics/solar_disc.py), summed.
     return (lit.x - limb_u * lit.y - limb_v * lit.z)
          / max(all.x - limb_u * all.y - limb_v * all.z, 1e-6);
 }

@@ -6,8 +6,8 @@ from pathlib import Path
 
 from simgl.assess.trajectory_assessment import Assignment
 from simgl.assess.verdict import Verdict
-from simgl.figure_style import GREEN, NIGHT, ORANGE, PALE, PURPLE
-from simgl.html_page import write_html_page
+from simgl.figures.html_page import write_html_page
+from simgl.figures.style import GREEN, NIGHT, ORANGE, PALE, PURPLE
 from simgl.physics.ephemeris import utc_from_tai_ns
 
 COLOURS = {

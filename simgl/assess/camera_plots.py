@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from scipy import stats
 
 from simgl.assess.emva1288 import CameraReport
-from simgl.figure_style import BLUE, GREEN, RED, SOFT, figure_style
+from simgl.figures.style import BLUE, GREEN, RED, SOFT, figure_style
 
 _MEASURED: dict[str, Any] = {"marker": ".", "linestyle": "", "color": BLUE}
 _FITTED: dict[str, Any] = {"color": RED, "linewidth": 1.0}

@@ -148,7 +148,7 @@ class _TestBench:
         release_all(self._ctx, self._light, self._camera_pipeline)
 
 
-def examine(
+def measure_camera(
     ctx: moderngl.Context,
     camera: Camera,
     *,

@@ -12,9 +12,9 @@ import numpy as np
 from simgl.arrays import AnyArray, Mask
 from simgl.assess.trajectory_assessment import Assignment
 from simgl.assess.verdict import Verdict
-from simgl.figure_style import DN_MAP, LIGHT_MAP, ORANGE, figure_style, plain_axes
-from simgl.html_page import plot_source
-from simgl.maps import decades_norm
+from simgl.figures.html_page import plot_source
+from simgl.figures.maps import decades_norm
+from simgl.figures.style import DN_MAP, LIGHT_MAP, ORANGE, figure_style, plain_axes
 from simgl.output import write_dn_png
 from simgl.sequence.journal import Row
 from simgl.simulator import Capture, Simulator

@@ -105,7 +105,7 @@ def advise(
     instances = capture.truth.instance
     on_target = instances == list(state.bodies).index(target) + 1
     if not on_target.any():
-        raise ConfigError("exposure", f'target "{target}"', "is not in the picture")
+        raise ConfigError("exposure", f'target "{target}"', "is not in the image")
     electrons = capture.electrons.electrons
     limits = exposure_limits(electrons[on_target], electrons[instances == 0], camera, criteria)
     return ExposureAdvice(

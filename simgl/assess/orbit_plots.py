@@ -11,7 +11,7 @@ import numpy as np
 from simgl.arrays import Array
 from simgl.assess.time_plots import column
 from simgl.assess.trajectory_assessment import Assignment
-from simgl.figure_style import (
+from simgl.figures.style import (
     BLUE,
     GREEN,
     INK,

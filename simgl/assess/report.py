@@ -26,8 +26,8 @@ from simgl.assess.timeline import Timeline
 from simgl.assess.trajectory_assessment import Assignment
 from simgl.assess.uncertainty_bands import UncertaintyBands, draw_text
 from simgl.assess.verdict import Verdict
-from simgl.figure_style import BLUE, GREEN, NIGHT, ORANGE, PALE, RED, SKY
-from simgl.html_page import plot_source
+from simgl.figures.html_page import plot_source
+from simgl.figures.style import BLUE, GREEN, NIGHT, ORANGE, PALE, RED, SKY
 from simgl.sequence.journal import Row
 from simgl.simulator import Simulator
 

@@ -16,8 +16,8 @@ from simgl.assess.assessment_page import COLOURS, write_page
 from simgl.assess.sweep import Sweep, swept
 from simgl.assess.sweep_axes import CAMERA_AXES, SUN_AXES, Axis
 from simgl.assess.verdict import Verdict
-from simgl.figure_style import figure_style
-from simgl.html_page import plot_source
+from simgl.figures.html_page import plot_source
+from simgl.figures.style import figure_style
 from simgl.sequence.journal import Row
 
 if TYPE_CHECKING:

@@ -13,10 +13,14 @@ from simgl.arrays import Array, Array32, Mask
 from simgl.assess.exposure_advice import DETECTION, exposure_limits, full_electrons
 from simgl.assess.frame_geometry import FrameGeometry, frame_geometry
 from simgl.assess.target_background import TargetBackground, backdrop, ring_around
-from simgl.assess.target_warmth import TargetWarmth, target_warmth, thermal_signal_to_noise
+from simgl.assess.target_temperatures import (
+    TargetTemperatures,
+    target_temperatures,
+    thermal_signal_to_noise,
+)
 from simgl.camera.camera import Camera
 from simgl.errors import ConfigError, did_you_mean
-from simgl.false_colour import relative_flux
+from simgl.figures.false_colour import relative_flux
 from simgl.images import saturated
 from simgl.physics.frames import angle_between
 from simgl.scenario.schema import UsabilityCriteria
@@ -48,7 +52,7 @@ class FrameAssessment:
     geometry : of Sun, Earth and orbit
     contrast : abs(t - b) / (t + b) of target and background, median electrons, for a thermal camera
         radiance; None without background beside the target
-    warmth : results of a thermal camera; None for visible light, and out of view
+    temperatures : results of a thermal camera; None for visible light, and out of view
 
     For visible light, otherwise None:
 
@@ -78,7 +82,7 @@ class FrameAssessment:
     backdrop: TargetBackground
     contrast: float | None
     geometry: FrameGeometry
-    warmth: TargetWarmth | None = None
+    temperatures: TargetTemperatures | None = None
     mean_radiance: tuple[float, float, float, float] | None = None
     relative_flux: float | None = None
     median_electrons: float | None = None
@@ -212,7 +216,7 @@ def _thermal_signal(capture: Capture, on_target: Mask, ring: Mask) -> _Signal:
         dark=~full & ((snr < DETECTION) | (dn[on_target] == 0)),
         snr=snr,
         contrast=_contrast(seen.radiance[on_target].astype(np.float64), seen.radiance[ring]),
-        fields={"warmth": target_warmth(seen, on_target, ring)},
+        fields={"temperatures": target_temperatures(seen, on_target, ring)},
     )
 
 

@@ -12,9 +12,9 @@ import numpy as np
 from simgl.arrays import Array
 from simgl.assess.time_plots import TimePlot
 from simgl.assess.trajectory_assessment import Assignment
-from simgl.figure_style import BLUE, GREEN, INK, ORANGE, PURPLE, RED, SKY, SOFT, figure_style
-from simgl.heat_map import part_temperatures, write_heat_map, write_temperatures
-from simgl.html_page import plot_source, png_source
+from simgl.figures.heat_map import part_temperatures, write_heat_map, write_temperatures
+from simgl.figures.html_page import plot_source, png_source
+from simgl.figures.style import BLUE, GREEN, INK, ORANGE, PURPLE, RED, SKY, SOFT, figure_style
 from simgl.sequence.journal import Row
 from simgl.simulator import Simulator
 from simgl.thermal.body import ThermalBody

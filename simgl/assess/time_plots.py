@@ -10,7 +10,7 @@ import numpy as np
 
 from simgl.arrays import Array
 from simgl.assess.requirement_check import Check
-from simgl.figure_style import (
+from simgl.figures.style import (
     BLUE,
     GREEN,
     INK,
@@ -208,7 +208,7 @@ def image_plot(
         plot.line(contrast, "contrast", PURPLE)
         contrast.set(ylabel="contrast to\nbackground [1]", ylim=(-0.05, 1.05))
         if "netd_k" in rows[0]:
-            _warmth(plot, last)
+            _temperature(plot, last)
         else:
             _electrons(plot, last)
         return plot.finish()
@@ -230,7 +230,7 @@ def _electrons(plot: TimePlot, panel: Axes) -> None:
     panel.legend(loc="best", ncols=3, labelcolor=SOFT)
 
 
-def _warmth(plot: TimePlot, panel: Axes) -> None:
+def _temperature(plot: TimePlot, panel: Axes) -> None:
     """Temperatures of the target's surfaces in view, and what is seen of it and beside it."""
     for name, colour, label in (
         ("target_highest_k", RED, "highest"),

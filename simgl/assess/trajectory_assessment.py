@@ -97,8 +97,8 @@ COLUMNS: Columns = {
     "verdict": str,
     "reasons": str,
 } | {name: kind for name, (kind, _) in _QUANTITIES.items()}
-# Those that a thermal camera has besides [K], and the field of ``TargetWarmth`` of each.
-_WARMTH = {
+# Those that a thermal camera has besides [K], and the field of ``TargetTemperatures`` of each.
+_TEMPERATURES = {
     "target_lowest_k": "lowest",
     "target_mean_k": "mean",
     "target_highest_k": "highest",
@@ -150,7 +150,7 @@ class Assignment:
     @property
     def columns(self) -> Columns:
         """Of the table."""
-        return {**COLUMNS, **(dict.fromkeys(_WARMTH, float) if self.is_thermal else {})}
+        return {**COLUMNS, **(dict.fromkeys(_TEMPERATURES, float) if self.is_thermal else {})}
 
     def capture(self, simulator: Simulator, tai_ns: int) -> tuple[SceneState, Capture]:
         """A state and what the camera captures of it, standing still."""
@@ -167,7 +167,7 @@ class Assignment:
         state, capture = self.capture(simulator, tai_ns)
         assessment = assess_frame(capture, state, self.target, self.limits)
         row = row_of(frame, tai_ns, assessment, self.limits)
-        return row | warmth_row(assessment) if self.is_thermal else row
+        return row | temperature_row(assessment) if self.is_thermal else row
 
 
 def assignment(
@@ -227,17 +227,20 @@ def row_of(frame: int, tai_ns: int, assessment: FrameAssessment, limits: Usabili
     return row | {name: value(assessment) for name, (_, value) in _QUANTITIES.items()}
 
 
-def warmth_row(assessment: FrameAssessment) -> Row:
+def temperature_row(assessment: FrameAssessment) -> Row:
     """The columns of a thermal camera."""
-    warmth = assessment.warmth
-    return {n: None if warmth is None else getattr(warmth, f) for n, f in _WARMTH.items()}
+    temperatures = assessment.temperatures
+    return {
+        n: None if temperatures is None else getattr(temperatures, f)
+        for n, f in _TEMPERATURES.items()
+    }
 
 
 def assessment_document(work: Assignment, assessment: FrameAssessment) -> dict[str, object]:
     """The assessment of the first epoch as ``simgl assess --json`` prints it."""
     names = {"scenario": work.scenario.name, "camera": work.camera, "target": work.target}
-    warmth = warmth_row(assessment) if work.is_thermal else {}
-    return {**names, **row_of(0, work.epochs[0], assessment, work.limits), **warmth}
+    temperatures = temperature_row(assessment) if work.is_thermal else {}
+    return {**names, **row_of(0, work.epochs[0], assessment, work.limits), **temperatures}
 
 
 def run_document(work: Assignment, rows: Sequence[Row], report: Path) -> dict[str, object]:

@@ -90,7 +90,7 @@ def assessment_text(assessment: FrameAssessment, limits: UsabilityCriteria) -> s
         "saturated dark usable": shares,
         "median signal/noise": f"{a.median_snr:.1f}",
         **_light_lines(a),
-        **_warmth_lines(a),
+        **_temperature_lines(a),
     }
     return "\n".join(f"{name:<21} {text}" for name, text in lines.items())
 
@@ -107,9 +107,9 @@ def _light_lines(a: FrameAssessment) -> dict[str, str]:
     }
 
 
-def _warmth_lines(a: FrameAssessment) -> dict[str, str]:
+def _temperature_lines(a: FrameAssessment) -> dict[str, str]:
     """Of a thermal camera."""
-    if (seen := a.warmth) is None:
+    if (seen := a.temperatures) is None:
         return {}
     around = "nothing beside it" if seen.background is None else f"{seen.background:.1f} K beside"
     return {

@@ -11,8 +11,8 @@ import numpy as np
 from simgl.bench.comparison import Change
 from simgl.bench.goals import Goal, factor_spread, machine_factor, times_slower
 from simgl.bench.results import Results, SceneResult
-from simgl.figure_style import BLUE, ORANGE, PALE, RED, SKY, figure_style
-from simgl.html_page import plot_source, write_html_page
+from simgl.figures.html_page import plot_source, write_html_page
+from simgl.figures.style import BLUE, ORANGE, PALE, RED, SKY, figure_style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -9,6 +9,7 @@ calibration                     files of OpenCV, ROS and Kalibr, read and writte
 event_pixels                    from photo-current to the events of an event camera
 infrared_detector               thermal detectors: bolometers and photon detectors, radiance to DN
 camera_equation                 radiance to irradiance and electrons; exposure values
+chebyshev                       polynomials through values at Chebyshev nodes
 distortion                      pinhole field of view behind a distorting lens; fall-off
 diffraction, psf_kernel, convolution, ghosts, point_spread
                                 point spread function, stray light and ghosts of a lens

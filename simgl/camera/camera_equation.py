@@ -10,11 +10,7 @@ from simgl.arrays import Array
 from simgl.camera.camera import Camera
 
 # Exposure value at setting 0 of the source study's software, by its documentation; 2^9.416 = 683.
-BLENDER_ZERO = 9.416
-
-# Calibration constants of reflected- and incident-light meters (ISO 2720), and the ISO speed.
-_REFLECTED, _INCIDENT = 12.5, 250.0
-_ISO = 100.0
+_BLENDER_ZERO = 9.416
 
 
 def irradiance_per_radiance(camera: Camera) -> Array:
@@ -53,19 +49,4 @@ def exposure_time(value: float, f_number: float) -> float:
 
 def blender_exposure(value: float) -> float:
     """Exposure setting of the source study's software for an exposure value."""
-    return BLENDER_ZERO - value
-
-
-def value_from_blender(setting: float) -> float:
-    """Exposure value of an exposure setting of the source study's software."""
-    return BLENDER_ZERO - setting
-
-
-def value_for_luminance(luminance: float) -> float:
-    """Exposure value at ISO 100 of a reflected-light meter for a luminance [cd m-2]."""
-    return math.log2(luminance * _ISO / _REFLECTED)
-
-
-def value_for_illuminance(illuminance: float) -> float:
-    """Exposure value at ISO 100 of an incident-light meter for an illuminance [lx]."""
-    return math.log2(illuminance * _ISO / _INCIDENT)
+    return _BLENDER_ZERO - value

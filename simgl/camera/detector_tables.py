@@ -59,7 +59,7 @@ _WAVELENGTHS: Array = np.linspace(SHORTEST_NM, LONGEST_NM, 2201)
 def _curve(table: CurveTable, path: Path, key: str, folder: Base) -> Curve:
     """A preset's curve."""
     if (table.csv is None) == (table.value is None):
-        raise ConfigError(str(path), f"{key}.value", "or csv is needed, and not both")
+        raise ConfigError(str(path), f"{key}.value", "or csv is required, not both")
     where = str(path)
     wavelength: Any = table.wavelength_nm
     value: Any = table.value

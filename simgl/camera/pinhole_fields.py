@@ -9,8 +9,8 @@ import numpy as np
 
 from simgl.arrays import Array, Array32, Mask
 from simgl.camera.camera import Camera
+from simgl.camera.chebyshev import chebyshev_interpolation, chebyshev_nodes
 from simgl.camera.projections import Distortion
-from simgl.chebyshev import chebyshev_interpolation, chebyshev_nodes
 from simgl.errors import ConfigError
 from simgl.lru_cache import MANY, LruCache
 
@@ -263,7 +263,7 @@ def _unseen(camera: Camera) -> str:
             f"sees {angle:.0f} deg off the boresight, a pinhole below {_WIDEST_DEG:g} deg; "
             "wider lenses are fisheye or double_sphere"
         )
-    return "folds the picture: two rays meet in one place"
+    return "folds the image: two rays meet in one place"
 
 
 def _on_pixels(camera: Camera) -> tuple[Array, Array]:

@@ -17,10 +17,10 @@ import scipy
 
 from simgl.arrays import Array
 from simgl.camera.camera import Camera
+from simgl.camera.chebyshev import chebyshev_interpolation, chebyshev_nodes
 from simgl.camera.diffraction import airy_tail, band_wavelengths, defocus_otf
 from simgl.camera.kernel_fit import fitted
 from simgl.camera.lens import Blur
-from simgl.chebyshev import chebyshev_interpolation, chebyshev_nodes
 from simgl.errors import ConfigError
 from simgl.physics.constants import SOLAR_TEMPERATURE
 

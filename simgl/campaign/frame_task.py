@@ -53,7 +53,6 @@ COLUMNS: Columns = {
     "dn_sha256": str,
     "renderer": str,
 }
-KEYS = 1
 
 _SUFFIXES = {"dn8": "png", "dn16": "png", "view": "png", "exr": "exr", "truth": "npz"}
 

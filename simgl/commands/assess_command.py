@@ -34,10 +34,10 @@ def assess(
     epochs: EpochOptions,
     workers: WorkerOptions,
     camera: Annotated[
-        str | None, typer.Option(help="Camera name; that of the table assess, or the first.")
+        str | None, typer.Option(help="Camera name; that of [assess], or the first.")
     ] = None,
     target: Annotated[
-        str | None, typer.Option(help="Spacecraft to look for; that of the table assess, or first.")
+        str | None, typer.Option(help="Spacecraft to assess; that of [assess], or the first.")
     ] = None,
     at: Annotated[str | None, typer.Option(help="One UTC epoch instead of a trajectory.")] = None,
     sweep: Annotated[
@@ -51,7 +51,7 @@ def assess(
         Path | None, typer.Option(help="Folder for report and tables of a trajectory or a sweep.")
     ] = None,
     by: Annotated[
-        str | None, typer.Option(help="Who assesses, for the report; the login name if not given.")
+        str | None, typer.Option(help="Author of the report; the login name if not given.")
     ] = None,
     json: Json = False,
 ) -> None:

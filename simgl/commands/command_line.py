@@ -168,15 +168,23 @@ class FileFrameOptions:
     """Unit and axes of a model file."""
 
     unit: Annotated[
-        str | None, typer.Option("--unit", help="Of the file: m, mm, cm, in, ft or km.")
+        str | None, typer.Option("--unit", help="Unit of the file: m, mm, cm, in, ft or km.")
     ] = None
-    unit_m: Annotated[float | None, typer.Option(help="Or metres per unit of the file.")] = None
+    unit_m: Annotated[
+        float | None, typer.Option(help="Metres per unit of the file, instead of --unit.")
+    ] = None
     up_axis: Annotated[
-        str | None, typer.Option("--up-axis", help="Of the file, becomes body -z: x, y, z, -x, ...")
+        str | None,
+        typer.Option(
+            "--up-axis", help="Axis of the file that points up (body -z): x, y, z, -x, ..."
+        ),
     ] = None
     forward_axis: Annotated[
         str | None,
-        typer.Option("--forward-axis", help="Of the file, becomes body x; with --up-axis."),
+        typer.Option(
+            "--forward-axis",
+            help="Axis of the file that points forward (body x); requires --up-axis.",
+        ),
     ] = None
 
     def metres_and_axes(self) -> tuple[float | None, str | None, str | None]:

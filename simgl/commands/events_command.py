@@ -26,7 +26,7 @@ def events(
 ) -> None:
     """Record the events of an event camera along a trajectory.
 
-    Sub-frames are nearer to each other where the image moves by more than half a pixel. Example:
+    Sub-frames are more frequent where the image moves by more than half a pixel. Example:
     simgl events examples/event_camera/docking.toml --camera dvs --duration 0.2 --out out/run.h5
     """
     from simgl.sequence.epochs import span as chosen_span

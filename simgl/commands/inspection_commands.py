@@ -36,10 +36,10 @@ def doctor(
     Example: simgl doctor --device 0
     """
     from simgl import __version__
-    from simgl.doctor import advice, examine, findings_document
+    from simgl.doctor import advice, check_opengl, findings_document
 
     with activity("opening OpenGL"):
-        findings = examine(device)
+        findings = check_opengl(device)
     usable = [finding.report for finding in findings if finding.report is not None]
     if json:
         say_json(findings_document(findings))
@@ -89,7 +89,7 @@ def camera_test(
         _infrared_test(preset, out, json)
         return
     from simgl.assess.camera_plots import plot_report
-    from simgl.assess.emva1288 import camera_under_test, examine, report_document, table
+    from simgl.assess.emva1288 import camera_under_test, measure_camera, report_document, table
     from simgl.gpu.context import temporary_context
     from simgl.output import check_writable, complete_file
 
@@ -97,7 +97,7 @@ def camera_test(
     if out is not None:
         check_writable(out)
     with temporary_context() as ctx, activity(f"{name}: flat fields and dark frames") as progress:
-        report = examine(ctx, camera, progress=progress)
+        report = measure_camera(ctx, camera, progress=progress)
     if json:
         say_json(report_document(report, name))
     else:
@@ -166,10 +166,10 @@ def model_check(file: ModelFile, frame: FileFrameOptions, json: Json = False) ->
 
     Example: simgl model check station.stl --unit mm --up-axis y
     """
-    from simgl.inspection.model_check import examine, model_document, report_text
+    from simgl.inspection.model_check import check_model, model_document, report_text
 
     with activity(f"reading {file}"):
-        report = examine(file, *frame.metres_and_axes())
+        report = check_model(file, *frame.metres_and_axes())
     if json:
         say_json(model_document(report))
     else:
@@ -257,13 +257,13 @@ def view(
 
 def _view_in_browsers(path: Path, address: str | None, token_file: Path | None) -> None:
     from simgl.web.page_server import PageServer
-    from simgl.web.snapshots import Newest
+    from simgl.web.snapshots import NewestSnapshot
     from simgl.web.view_session import ViewSession
     from simgl.web.web_access import DEFAULT_WEB_ADDRESS, web_access
 
     access = web_access(address or DEFAULT_WEB_ADDRESS, token_file)
     loaded = load(path)
-    newest = Newest(loaded)
+    newest = NewestSnapshot(loaded)
     # First of all: an address that is taken is told at once.
     with PageServer(newest, access) as server, opened(loaded) as simulator:
         say(f"Open {server.url} in a browser; Ctrl-C ends it.")

@@ -41,7 +41,7 @@ def render(
     camera: Cameras = None,
     at: At = None,
     layers: Annotated[
-        bool, typer.Option("--layers", help="Also the radiance in parts, one for each light.")
+        bool, typer.Option("--layers", help="Also the radiance of each light source.")
     ] = False,
     packed: Annotated[
         bool, typer.Option("--packed", help="Also the DN as Mono12p, two pixels in three bytes.")
@@ -51,7 +51,11 @@ def render(
     ] = False,
     draw: Annotated[
         int,
-        typer.Option(min=0, max=2**32 - 1, help="Another number has other noise."),
+        typer.Option(
+            min=0,
+            max=2**32 - 1,
+            help="Noise realisation: each number gives other, independent noise.",
+        ),
     ] = 0,
 ) -> None:
     """Render one epoch: radiance EXR, DN as 16-bit PNG, and an sRGB preview.
@@ -96,7 +100,7 @@ def render(
                 capture = simulator.capture_at(epoch, name, wanted, draw)
                 paths = write_capture(capture, out, name, packed=packed)
                 if maps:
-                    from simgl.maps import write_maps
+                    from simgl.figures.maps import write_maps
 
                     paths += write_maps(capture, out, name)
             written.append(name)
@@ -110,8 +114,12 @@ def sequence(
     epochs: EpochOptions,
     event: EventOptions,
     camera: Cameras = None,
-    write: Annotated[str, typer.Option(help="Of dn, view, exr, mp4, with commas.")] = "dn,view",
-    frame_rate: Annotated[int, typer.Option(min=1, max=240, help="Of the mp4, in Hz.")] = 24,
+    write: Annotated[
+        str, typer.Option(help="Files of dn, view, exr, mp4, separated by commas.")
+    ] = "dn,view",
+    frame_rate: Annotated[
+        int, typer.Option(min=1, max=240, help="Frame rate of the MP4 file in Hz.")
+    ] = 24,
 ) -> None:
     """Render a trajectory: files of each frame, a table (SQLite and CSV), a video.
 
@@ -145,7 +153,10 @@ def campaign(
     out: ResumableFolder,
     workers: WorkerOptions,
     format: Annotated[
-        str, typer.Option(help="Of bop, colmap, nerfstudio, webdataset, yolo, with commas.")
+        str,
+        typer.Option(
+            help="Further data sets: bop, colmap, nerfstudio, webdataset, yolo; commas between."
+        ),
     ] = "",
 ) -> None:
     """Render randomised frames in parallel, with labels for training.
@@ -178,7 +189,7 @@ def exposure(
     at: At = None,
     json: Json = False,
 ) -> None:
-    """Advise an exposure time: no saturated target, its dark side visible, a dark sky.
+    """Recommend an exposure time: target not saturated, its dark side visible, sky dark.
 
     Example: simgl exposure examples/approach.toml --camera navcam --target target
     """
@@ -204,7 +215,7 @@ def camera_names(scenario: Scenario, wanted: list[str] | None) -> tuple[str, ...
     """The cameras asked for, all if None; raises ConfigError for one that does not exist."""
     where = str(scenario.source or scenario.name)
     if not scenario.cameras:
-        raise ConfigError(where, "camera", "is missing; a picture needs a [camera.NAME]")
+        raise ConfigError(where, "camera", "is missing; an image needs a [camera.NAME]")
     for name in wanted or []:
         if name not in scenario.cameras:
             problem = f'"{name}" is not in {where}; {did_you_mean(name, scenario.cameras)}'

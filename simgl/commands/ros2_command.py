@@ -28,7 +28,7 @@ def ros2(
     event: EventOptions,
     play: Annotated[
         bool,
-        typer.Option("--play", help="Publish the scenario's own epochs, at the clock's pace."),
+        typer.Option("--play", help="Publish the scenario's own epochs in real time."),
     ] = False,
     camera: Cameras = None,
     depth: Annotated[bool, typer.Option("--depth", help="Also depth images (32FC1).")] = False,
@@ -38,10 +38,10 @@ def ros2(
     ] = False,
     domain: Annotated[
         int,
-        typer.Option(min=0, max=_MAX_DOMAIN, envvar="ROS_DOMAIN_ID", help="Of DDS."),
+        typer.Option(min=0, max=_MAX_DOMAIN, envvar="ROS_DOMAIN_ID", help="DDS domain."),
     ] = 0,
 ) -> None:
-    """Publish images on ROS 2's topics, of the frames that others publish on /tf.
+    """Publish images on ROS 2 topics, for the poses that other nodes publish on /tf.
 
     Each message on /tf with a spacecraft of the scenario gets its images, with its stamp. Where
     ROS 2 is installed it is a node by rclpy; else it needs Cyclone DDS only. It is announced on

@@ -15,7 +15,7 @@ from simgl.commands.completion import example_names
 def new(
     name: Annotated[Path, typer.Argument(help="Folder to make.", show_default=False)],
 ) -> None:
-    """Write a folder with a scenario, a camera and a closed loop of your own to edit.
+    """Write a folder with a scenario, a camera and a closed loop to edit.
 
     Example: simgl new first
     """

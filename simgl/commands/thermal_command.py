@@ -38,12 +38,16 @@ def thermal(
     ] = None,
     initial: Annotated[
         InitialState,
-        typer.Option(help="Steady state of the first epoch, or as if the span repeated."),
+        typer.Option(
+            help="Start: steady state of the first epoch, or the periodic state of the span."
+        ),
     ] = InitialState.STEADY,
     camera: Annotated[
         str | None, typer.Option(help="A thermal camera: also its image of the last epoch.")
     ] = None,
-    patches: Annotated[int, typer.Option(min=20, max=6000, help="Patches, about.")] = 1500,
+    patches: Annotated[
+        int, typer.Option(min=20, max=6000, help="Approximate number of patches of the mesh.")
+    ] = 1500,
 ) -> None:
     """Integrate the temperatures of a spacecraft along its trajectory.
 
@@ -51,7 +55,7 @@ def thermal(
     last epoch in K; with --camera the files of simgl render for it. Example:
     simgl thermal examples/servicer.toml --duration 600 --out out/thermal
     """
-    from simgl.heat_map import write_heat_map, write_temperatures
+    from simgl.figures.heat_map import write_heat_map, write_temperatures
     from simgl.output import check_writable
     from simgl.sequence.epochs import regular
     from simgl.sequence.epochs import span as chosen_span
@@ -108,7 +112,7 @@ def _image(
     simulator: Simulator, camera: str, tai_ns: int, temperatures: Temperatures, folder: Path
 ) -> list[Path]:
     """The files of a thermal camera's image."""
-    from simgl.maps import write_maps
+    from simgl.figures.maps import write_maps
     from simgl.output import write_capture
     from simgl.products import Product
 

@@ -20,8 +20,11 @@ def usage_line(error: Exception) -> str | None:
     parameter, message = getattr(error, "param", None), str(getattr(error, "message", ""))
     if parameter is not None and message:
         return f"command line: {_of_value(error, parameter)}"
-    problem = _sentence(format_message())
-    return f"command line: {problem}{_hint(error)}" if problem else ""
+    problem, hint = _sentence(format_message()), _hint(error)
+    if hint:
+        # A text that ends with a suggestion is a question.
+        hint = f" See {hint}" if problem.endswith("?") else f"; see {hint}"
+    return f"command line: {problem}{hint}" if problem else ""
 
 
 def _of_value(error: Any, parameter: Any) -> str:
@@ -59,4 +62,4 @@ def _sentence(text: str) -> str:
 def _hint(error: Any) -> str:
     """Where more is said."""
     context = getattr(error, "ctx", None)
-    return f"; see {context.command_path} --help" if context is not None else ""
+    return f"{context.command_path} --help" if context is not None else ""

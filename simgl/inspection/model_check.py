@@ -75,7 +75,7 @@ class JointReport:
 
 @dataclass(frozen=True, kw_only=True)
 class ModelReport:
-    """Results of `examine`.
+    """Results of `check_model`.
 
     size, middle : of the bounding box, body axes [m]
     unit_guess : text on the unit; None where the size is that of a spacecraft
@@ -104,7 +104,7 @@ class ModelReport:
         return all(part.verdict == "watertight" for part in self.parts)
 
 
-def examine(
+def check_model(
     name: str,
     unit_m: float | None = None,
     up_axis: str | None = None,

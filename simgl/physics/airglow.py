@@ -31,11 +31,10 @@ from simgl.arrays import Array
 from simgl.physics.constants import LIGHT_SPEED, PLANCK
 from simgl.physics.spectrum import BANDS, CHANNELS, Bands
 
-# Bottom and top of the layer in each band, uniform in between [m]. Oxygen emission peaks at 94 to
+# Bottom of the layer in each band, and its depth [m]; it is uniform. Oxygen emission peaks at 94 to
 # 97 km, hydroxyl, which dominates red and near infrared, at 87 km.
 GLOW_BOTTOM = np.array([82e3, 91e3, 91e3, 82e3])
 GLOW_DEPTH = 10e3
-GLOW_TOP = GLOW_BOTTOM + GLOW_DEPTH
 
 RAYLEIGH = 1e10 / (4.0 * np.pi)  # [photons m-2 s-1 sr-1]
 

@@ -180,16 +180,6 @@ def midnight(sun_direction_itrf: Array) -> float:
     return float(np.arctan2(sun @ east, sun @ np.cross(east, pole))) + np.pi
 
 
-def magnetic_place(up: Array, sun_direction_itrf: Array) -> tuple[Array, Array]:
-    """Magnetic latitude [rad], negative in the south, and local time [h] of unit vectors (n, 3)."""
-    maps = magnetic_maps()
-    both = np.einsum("hij,nj->hni", maps[:, :, :3], up) + maps[:, None, :, 3]
-    both /= np.linalg.norm(both, axis=-1, keepdims=True)
-    place = np.where(up[:, 2:] > 0.0, both[0], both[1])
-    turn = np.arctan2(place[:, 1], place[:, 0]) - midnight(sun_direction_itrf)
-    return np.arcsin(place[:, 2]), np.mod(np.degrees(turn) / 15.0, 24.0)
-
-
 def brightness(bands: Bands = BANDS) -> Array:
     """(2, 4) zenith radiance for 1 W m-2 of particles [sr-1], of green and of red heights."""
     result = np.zeros((2, CHANNELS))

@@ -59,7 +59,7 @@ def _pointing(
 ) -> Pointing:
     ways = {"look_at": table.look_at, "limb": table.limb, "boresight": table.boresight}
     if sum(way is not None for way in ways.values()) != 1:
-        raise ConfigError(where, "look_at", "or limb or boresight is needed, and only one of them")
+        raise ConfigError(where, "look_at", "or limb or boresight is required, only one of them")
     towards: Array | Place | Limb
     if table.boresight is not None:
         towards = direction(table.boresight, where, "boresight")

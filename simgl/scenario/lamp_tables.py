@@ -61,7 +61,7 @@ def _lamp(
     if table.look_at is not None:
         named_spacecraft(table.look_at, models, where, "look_at")
     if (table.look_at is None) == (table.boresight is None):
-        raise ConfigError(where, "look_at", "or boresight is needed, and not both")
+        raise ConfigError(where, "look_at", "or boresight is required, not both")
     if table.look_at == table.on:
         raise ConfigError(where, "look_at", "names the spacecraft that carries it")
     outer = table.half_angle_deg + table.edge_deg

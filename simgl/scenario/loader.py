@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, TypeVar
@@ -18,8 +18,12 @@ from simgl.config.path_sandbox import Base, SandboxedFolder
 from simgl.config.validation import check_depth, convert, plain, read_toml, shown, shown_key
 from simgl.errors import ConfigError, did_you_mean
 from simgl.input_files import recorded_inputs
+from simgl.motion.drives import JointLaws
+from simgl.motion.mounts import Mount
+from simgl.motion.trajectory import Motion
 from simgl.physics.constants import SOLAR_TEMPERATURE
 from simgl.physics.ephemeris import tai_ns_from_utc
+from simgl.physics.spectrum import Bands
 from simgl.scenario.bands_table import read_bands
 from simgl.scenario.camera_tables import read_mount
 from simgl.scenario.environment_tables import read_earth, read_sky, read_sun
@@ -154,20 +158,12 @@ def _read_tables(
     if render.gather == "pixel" and not render.inter_reflection:
         raise ConfigError(f"{where} [render]", "gather", "goes with inter_reflection, which is off")
     _check_models(models, spacecraft_tables, where)
-    placed_models, motions, joints = {}, {}, {}
-    for body, table in spacecraft_tables.items():
-        at = f"{where} [spacecraft.{body}]"
-        model = models[body] if body in models else read_model(at, body, table, base)
-        reader = MotionReader(at, body, table, spacecraft_tables, epoch_tai_ns, base)
-        placed_models[body] = model_in_bands(model, bands, temperature)
-        motions[body] = reader.motion()
-        joints[body] = reader.joint_laws(model)
-    cameras, mounts = {}, {}
+    context = _Context(
+        where=where, base=base, bands=bands, temperature=temperature, epoch_tai_ns=epoch_tai_ns
+    )
+    placed_models, motions, joints = context.spacecraft(spacecraft_tables, models)
     with_earth = earth_table.shape != "none"
-    for camera, settings in camera_tables.items():
-        at = f"{where} [camera.{camera}]"
-        cameras[camera] = read_camera(at, camera, settings, temperature, base, bands)
-        mounts[camera] = read_mount(at, settings, placed_models, earth=with_earth)
+    cameras, mounts = context.cameras(camera_tables, placed_models, with_earth)
     _check_criteria(criteria, f"{where} [assess]", placed_models, cameras)
     return Scenario(
         name=name,
@@ -195,6 +191,53 @@ def _read_tables(
         thermal_patches=thermal.patches,
         thermal_step=thermal.step_s,
     )
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Context:
+    """What the tables of all spacecraft and cameras are read with.
+
+    where : the file, for errors
+    base : folder of relative paths
+    temperature : of the Sun's spectrum [K]
+    """
+
+    where: str
+    base: Base
+    bands: Bands
+    temperature: float
+    epoch_tai_ns: int
+
+    def spacecraft(
+        self, tables: dict[str, SpacecraftTable], models: Mapping[str, SpacecraftModel]
+    ) -> tuple[dict[str, SpacecraftModel], dict[str, Motion], dict[str, JointLaws]]:
+        """Models, laws of motion and laws of joints.
+
+        models : in place of those of the tables
+        """
+        placed, motions, joints = {}, {}, {}
+        for name, table in tables.items():
+            at = f"{self.where} [spacecraft.{name}]"
+            model = models[name] if name in models else read_model(at, name, table, self.base)
+            reader = MotionReader(at, name, table, tables, self.epoch_tai_ns, self.base)
+            placed[name] = model_in_bands(model, self.bands, self.temperature)
+            motions[name] = reader.motion()
+            joints[name] = reader.joint_laws(model)
+        return placed, motions, joints
+
+    def cameras(
+        self,
+        tables: dict[str, CameraTable],
+        models: dict[str, SpacecraftModel],
+        with_earth: bool,
+    ) -> tuple[dict[str, Camera], dict[str, Mount]]:
+        """Cameras, and where they are mounted."""
+        cameras, mounts = {}, {}
+        for name, table in tables.items():
+            at = f"{self.where} [camera.{name}]"
+            cameras[name] = read_camera(at, name, table, self.temperature, self.base, self.bands)
+            mounts[name] = read_mount(at, table, models, earth=with_earth)
+        return cameras, mounts
 
 
 # Keys of [render] that files of earlier versions have, and why they went.

@@ -203,7 +203,7 @@ class Scenario:
             scenario gives the Sun by direction and irradiance, only the direction is used
 
         Raises ConfigError for a name that is not the scenario's, and for a pose that is not finite
-        or turns nothing, such as a matrix that mirrors or scales.
+        or whose matrix is not a rotation.
         """
         given = joint_angles or {}
         with self._named_in_errors():

@@ -42,7 +42,7 @@ def keypoint_on(model: SpacecraftModel, name: str, where: str, key: str) -> Arra
 def place_on(model: SpacecraftModel, table: CameraTable | LampTable, where: str) -> Array:
     """(3,) place in body axes [m], given by exactly one of a keypoint and coordinates."""
     if (table.keypoint is None) == (table.position_body_m is None):
-        raise ConfigError(where, "position_body_m", "or keypoint is needed, and not both")
+        raise ConfigError(where, "position_body_m", "or keypoint is required, not both")
     if table.keypoint is not None:
         return keypoint_on(model, table.keypoint, where, "keypoint")
     assert table.position_body_m is not None

@@ -103,21 +103,3 @@ def beam_solid_angle(half_angle: float, edge: float) -> float:
     k2 = (np.pi / edge) ** 2
     fall = 0.5 * (inner - outer) - 0.5 * (inner + outer) / (k2 - 1.0)
     return float(2.0 * np.pi * (1.0 - inner + fall))
-
-
-def lamp_irradiance(lamp: LampState, points: Array, normals: Array) -> Array:
-    """(n, 4) irradiance of a lamp on surface elements, without occlusion [W m-2].
-
-    points : (n, 3) [m], in the axes of ``lamp``
-    normals : (n, 3) unit; an element that faces away gets nothing
-
-    The lamp is a point source; closer than ``radius`` the inverse-square law is capped.
-    """
-    beam = points - lamp.position
-    distance = np.linalg.norm(beam, axis=1)
-    along = beam @ lamp.direction
-    across = np.linalg.norm(np.cross(beam, lamp.direction), axis=1)
-    profile = beam_profile(np.arctan2(across, along), lamp.lamp.half_angle, lamp.lamp.edge)
-    cosine = -np.sum(beam * normals, axis=1) / np.maximum(distance, 1e-12)
-    reached = profile * np.maximum(cosine, 0.0) / np.maximum(distance, lamp.lamp.radius) ** 2
-    return reached[:, None] * lamp.lamp.intensity

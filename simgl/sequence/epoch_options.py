@@ -36,10 +36,13 @@ class SpanOptions:
     """
 
     start: Annotated[
-        str | None, typer.Option("--from", help="UTC; the scenario's epoch if not given.")
+        str | None,
+        typer.Option("--from", help="First epoch in UTC; the scenario's epoch if not given."),
     ] = None
-    stop: Annotated[str | None, typer.Option("--to", help="UTC of the end.")] = None
-    duration: Annotated[float | None, typer.Option(help="Instead of --to, in seconds.")] = None
+    stop: Annotated[str | None, typer.Option("--to", help="Last epoch in UTC.")] = None
+    duration: Annotated[float | None, typer.Option(help="Length in seconds, instead of --to.")] = (
+        None
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,8 +56,8 @@ class EpochOptions(SpanOptions):
 
     step: Annotated[float | None, typer.Option(help="Seconds between epochs.")] = None
     count: Annotated[int | None, typer.Option(help="Number of epochs at equal steps.")] = None
-    random: Annotated[int | None, typer.Option(help="Number of epochs at random.")] = None
-    seed: Annotated[int, typer.Option(min=0, help="Of --random.")] = 0
+    random: Annotated[int | None, typer.Option(help="Number of epochs drawn at random.")] = None
+    seed: Annotated[int, typer.Option(min=0, help="Seed of --random.")] = 0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,8 +68,10 @@ class EventOptions:
     search_step : between the epochs at which the scene is looked at [s]
     """
 
-    event: Annotated[Event | None, typer.Option(help="Frames where this begins.")] = None
+    event: Annotated[Event | None, typer.Option(help="Epochs at which this event begins.")] = None
     target: Annotated[
         str | None, typer.Option(help="Spacecraft that --event is about; the first if not given.")
     ] = None
-    search_step: Annotated[float, typer.Option(help="Seconds between looks for --event.")] = 10.0
+    search_step: Annotated[
+        float, typer.Option(help="Step in seconds of the search for --event.")
+    ] = 10.0

@@ -35,7 +35,7 @@ def span(scenario: Scenario, options: SpanOptions) -> tuple[int, int]:
     """First and last instant [TAI ns]; raises ConfigError where the options contradict."""
     start = scenario.epoch_tai_ns if options.start is None else _time("--from", options.start)
     if (options.stop is None) == (options.duration is None):
-        raise ConfigError(_COMMAND_LINE, "--to", "or --duration is needed, and not both")
+        raise ConfigError(_COMMAND_LINE, "--to", "or --duration is required, not both")
     if options.stop is not None:
         stop = _time("--to", options.stop)
     else:
@@ -82,7 +82,7 @@ def epochs(
     assert event.event is not None
     step = step_ns("--search-step", event.search_step)
     target = _target(scenario, event.target)
-    begins = events(scenario, event.event, camera, target, start, stop, step)
+    begins = event_epochs(scenario, event.event, camera, target, start, stop, step)
     if not begins:
         problem = f"begins nowhere in the span: {event.event.value}"
         raise ConfigError(_COMMAND_LINE, "--event", problem)
@@ -138,7 +138,7 @@ def at_random(start_ns: int, stop_ns: int, count: int, seed: int) -> list[int]:
     return sorted(int(value) for value in drawn)
 
 
-def events(
+def event_epochs(
     scenario: Scenario,
     kind: Event,
     camera: str,

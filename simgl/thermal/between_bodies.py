@@ -141,12 +141,7 @@ def scene_heat_loads(
         heat = body.power.copy()
         absorbed = body.absorptance * solar[name] + body.emissivity * warm[name]
         heat[: body.patch_count] += body.patches.areas * absorbed
-        loads[name] = HeatLoads(
-            sunlight=outer[name].sunlight,
-            albedo=outer[name].albedo,
-            earth_infrared=outer[name].earth_infrared,
-            heat=heat,
-        )
+        loads[name] = HeatLoads(sunlight=outer[name].sunlight, heat=heat)
     return loads
 
 

@@ -18,21 +18,19 @@ from simgl.thermal.view_factors import absorbed_light
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class HeatLoads:
-    """Light on the patches of a body, and what its nodes absorb.
+    """What the nodes of a body absorb.
 
-    sunlight, albedo, earth_infrared : (p,) on the patches, from outside [W m-2]
+    sunlight : (p,) on the patches, from outside [W m-2]
     heat : (n,) absorbed after all reflections, and internal power [W]
     """
 
     sunlight: Array
-    albedo: Array
-    earth_infrared: Array
     heat: Array
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class OuterLight:
-    """(p,) light on the patches of a body from Sun and Earth; see ``HeatLoads``."""
+    """(p,) light on the patches of a body from Sun and Earth [W m-2]."""
 
     sunlight: Array
     albedo: Array
@@ -65,12 +63,7 @@ def heat_loads(body: ThermalBody, state: SceneState, sky: SkyLight) -> HeatLoads
     warm = absorbed_light(body.views, body.emissivity, light.earth_infrared)
     heat = body.power.copy()
     heat[:count] += body.patches.areas * (solar + warm)
-    return HeatLoads(
-        sunlight=light.sunlight,
-        albedo=light.albedo,
-        earth_infrared=light.earth_infrared,
-        heat=heat,
-    )
+    return HeatLoads(sunlight=light.sunlight, heat=heat)
 
 
 def body_motion(body: ThermalBody, state: SceneState) -> Array:

@@ -15,6 +15,7 @@
 ``window_painter``  draws images and boxes
 ``window_session``  GLFW's events, saved images, videos
 ``window``          opens the window
+``idle_priority``   scheduling that leaves the processor to everything else
 
 May import the simulator, ``cli_progress``, ``output`` and ``video``. A new key is a line in
 ``view_commands.COMMANDS``, a new way to show an image a line in ``view_settings.CAMERA_VIEWS``.

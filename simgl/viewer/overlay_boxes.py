@@ -13,8 +13,8 @@ from PIL import Image, ImageDraw, ImageFont
 
 from simgl.arrays import Array, Image8, Image16
 from simgl.camera.detector import Detector
-from simgl.displays import Scale
-from simgl.figure_style import INK, ORANGE, PAPER, RED, SKY, SOFT, on_dark
+from simgl.figures.displays import Scale
+from simgl.figures.style import INK, ORANGE, PAPER, RED, SKY, SOFT, on_dark
 from simgl.images import saturation_level
 
 # Of the text, at a content scale of 1 [px].

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from simgl.displays import CameraImages, pixel_values
+from simgl.figures.displays import CameraImages, pixel_values
 from simgl.images import saturation_level
 from simgl.physics.ephemeris import utc_from_tai_ns
 from simgl.scenario.scenario import Scenario

@@ -9,7 +9,7 @@ from typing import Protocol
 
 from simgl.arrays import Array32, Image8, Image16
 from simgl.camera.detector import Detector
-from simgl.displays import Scale
+from simgl.figures.displays import Scale
 from simgl.physics.spectrum import BANDS, Bands
 
 Size = tuple[int, int]

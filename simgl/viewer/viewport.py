@@ -14,8 +14,8 @@ import moderngl
 
 from simgl import assets
 from simgl.camera.camera import Camera, Detector, Lens
-from simgl.displays import CameraImages, display, images_of
 from simgl.errors import ConfigError, ShaderError
+from simgl.figures.displays import CameraImages, display, images_of
 from simgl.output import write_capture
 from simgl.progress import ProgressCallback
 from simgl.scenario.scenario import Scenario

@@ -14,9 +14,9 @@ import moderngl
 from simgl.cli_progress import activity
 from simgl.errors import ContextError
 from simgl.gpu.context import COMPUTE_VERSION, REQUIRED_VERSION, close_context
-from simgl.idle_priority import run_when_idle
 from simgl.scenario.loader import load_scenario
 from simgl.viewer.followed import FollowedPreviews, PreviewSource, preview_source
+from simgl.viewer.idle_priority import run_when_idle
 from simgl.viewer.subject import Size
 from simgl.viewer.view_commands import title
 from simgl.viewer.view_settings import opening_settings

@@ -11,7 +11,7 @@ import moderngl
 import numpy as np
 
 from simgl.arrays import Array32, Image8
-from simgl.figure_style import LINE, on_dark
+from simgl.figures.style import LINE, on_dark
 from simgl.gpu.release import all_or_nothing
 from simgl.passes.display import DisplayPass
 from simgl.viewer.overlay import InsetTextures, PlacedBox, Rectangle, separated

@@ -12,7 +12,7 @@ from tornado.iostream import StreamClosedError
 from tornado.web import Application, RequestHandler
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
-from simgl.displays import CameraImages, Display, pixel_values
+from simgl.figures.displays import CameraImages, Display, pixel_values
 from simgl.web.scene_description import model_bytes, scenario_description
 from simgl.web.snapshots import Snapshot
 from simgl.web.viewers import Viewers
@@ -98,16 +98,13 @@ class _File(_Guarded):
 
 class _Scenario(_Guarded):
     def get(self) -> None:
-        generation, scenario = self._viewers.newest.scenario
-        follows = self._viewers.newest.follows
-        self.finish(
-            {**scenario_description(scenario), "generation": generation, "follows": follows}
-        )
+        newest = self._viewers.newest
+        self.finish({**scenario_description(newest.scenario), "follows": newest.follows})
 
 
 class _Model(_Guarded):
     def get(self, name: str) -> None:
-        _, scenario = self._viewers.newest.scenario
+        scenario = self._viewers.newest.scenario
         if name not in scenario.models:
             self._refuse(404, "no spacecraft of this name")
             return
@@ -138,7 +135,7 @@ class _Mjpeg(_Guarded):
 
     async def get(self, camera: str) -> None:
         viewers = self._viewers
-        cameras = viewers.newest.scenario[1].cameras
+        cameras = viewers.newest.scenario.cameras
         if camera not in cameras:
             self._refuse(404, f"no camera of this name; there are {', '.join(cameras) or 'none'}")
             return
@@ -260,7 +257,6 @@ class _View(_Guarded, WebSocketHandler):
         images = snapshot.images.get(camera)
         update = {
             "number": number,
-            "generation": viewers.newest.scenario[0],
             "camera": camera,
             "show": shown,
             "image": None if images is None else _described(images, encoded and encoded[0]),

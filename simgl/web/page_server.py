@@ -16,7 +16,7 @@ from tornado.httpserver import HTTPServer
 
 from simgl.errors import ConfigError
 from simgl.web.page_handlers import application
-from simgl.web.snapshots import Newest
+from simgl.web.snapshots import NewestSnapshot
 from simgl.web.viewers import Viewers
 from simgl.web.web_access import WebAccess
 
@@ -37,7 +37,9 @@ class PageServer:
     Raises ConfigError where the address cannot be bound.
     """
 
-    def __init__(self, newest: Newest, access: WebAccess, *, patience: float = PATIENCE) -> None:
+    def __init__(
+        self, newest: NewestSnapshot, access: WebAccess, *, patience: float = PATIENCE
+    ) -> None:
         self._newest, self._access = newest, access
         self._viewers = Viewers(newest, access, patience)
         self._started: Future[int] = Future()

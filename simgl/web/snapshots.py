@@ -1,4 +1,4 @@
-"""What is shown at one instant, and the newest of it, shared by threads. Nothing is queued."""
+"""The scene and its images at one instant, and the newest of these, shared by threads; no queue."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from simgl.displays import CameraImages
+from simgl.figures.displays import CameraImages
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState
 from simgl.web.scene_description import scene_description
@@ -37,16 +37,15 @@ class Snapshot:
         return json.dumps(scene_description(self.state))
 
 
-class Newest:
+class NewestSnapshot:
     """The newest snapshot of a scenario, and what viewers want. Safe to use on any thread.
 
     follows : None where viewers control the scene, else what they follow, in words
     """
 
     def __init__(self, scenario: Scenario, follows: str | None = None) -> None:
-        self.follows = follows
+        self.scenario, self.follows = scenario, follows
         self._condition = threading.Condition()
-        self._scenario, self._generation = scenario, 0
         self._snapshot: Snapshot | None = None
         self._number = 0
         self._watched: dict[object, tuple[str, str]] = {}
@@ -54,19 +53,6 @@ class Newest:
         self._watch_changed = False
         self._taken = 0
         self._notify: Callable[[], None] = lambda: None
-
-    @property
-    def scenario(self) -> tuple[int, Scenario]:
-        """The scenario with its number, which counts the changes."""
-        with self._condition:
-            return self._generation, self._scenario
-
-    def change_scenario(self, scenario: Scenario) -> None:
-        """Another scenario is shown from now on."""
-        with self._condition:
-            self._scenario, self._snapshot = scenario, None
-            self._generation += 1
-        self._notify()
 
     def on_news(self, notify: Callable[[], None]) -> None:
         """Call a function, on any thread, whenever there is something new to show."""

@@ -6,12 +6,12 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 
-from simgl.displays import CameraImages, images_of
 from simgl.errors import ConfigError
+from simgl.figures.displays import CameraImages, images_of
 from simgl.scene.state import SceneState
 from simgl.simulator import Product, Simulator
-from simgl.web.snapshots import Newest, Snapshot
-from simgl.web.view_settings_web import WebSettings, changed, chosen_state
+from simgl.web.snapshots import NewestSnapshot, Snapshot
+from simgl.web.web_settings import WebSettings, changed, chosen_state
 
 # Planes that need no further rendering; any other name is a layer.
 _PLANES = ("dn", "electrons", "radiance", "depth")
@@ -23,7 +23,7 @@ _IDLE = 0.25
 class ViewSession:
     """Renders on the thread that calls ``run``; viewers reach it through ``newest``."""
 
-    def __init__(self, simulator: Simulator, newest: Newest) -> None:
+    def __init__(self, simulator: Simulator, newest: NewestSnapshot) -> None:
         self._simulator, self._newest = simulator, newest
         self._settings = WebSettings()
         self._passes: dict[str, float] = {}
@@ -44,7 +44,7 @@ class ViewSession:
             before = now
             for kind, values in commands:
                 try:
-                    wanted = changed(wanted, self._newest.scenario[1], kind, values)
+                    wanted = changed(wanted, self._newest.scenario, kind, values)
                 except ConfigError as error:
                     message = str(error)
             if must_draw or message or wanted != self._settings:
@@ -63,7 +63,7 @@ class ViewSession:
         self._show(state, message)
 
     def _state(self) -> SceneState:
-        return chosen_state(self._newest.scenario[1], self._settings)
+        return chosen_state(self._newest.scenario, self._settings)
 
     def _show(self, state: SceneState, message: str) -> None:
         images = {}
@@ -84,7 +84,7 @@ class ViewSession:
     def _wanted_products(self) -> dict[str, frozenset[Product]]:
         """Products of the cameras that viewers watch; of the first one before anybody does."""
         watched = self._newest.watched
-        cameras = self._newest.scenario[1].cameras
+        cameras = self._newest.scenario.cameras
         if not watched:
             return dict.fromkeys(list(cameras)[:1], _ALWAYS)
         products = {}

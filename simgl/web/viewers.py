@@ -10,8 +10,8 @@ from collections.abc import Coroutine
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
-from simgl.displays import Display, display
-from simgl.web.snapshots import Newest, Snapshot
+from simgl.figures.displays import Display, display
+from simgl.web.snapshots import NewestSnapshot, Snapshot
 from simgl.web.web_access import WebAccess
 
 # Pages and streams at once; further ones are refused.
@@ -31,7 +31,7 @@ class Viewers:
     dropped : images that were newest between two that a viewer got
     """
 
-    def __init__(self, newest: Newest, access: WebAccess, patience: float) -> None:
+    def __init__(self, newest: NewestSnapshot, access: WebAccess, patience: float) -> None:
         self.newest, self.access, self.patience = newest, access, patience
         self.port = access.port
         self.sent = 0

@@ -12,7 +12,7 @@ import pytest
 
 from simgl.arrays import Array, Image16
 from simgl.assess.camera_plots import plot_report
-from simgl.assess.emva1288 import camera_under_test, examine
+from simgl.assess.emva1288 import camera_under_test, measure_camera
 from simgl.assess.photon_transfer import (
     TransferCurve,
     pair_statistics,
@@ -99,7 +99,7 @@ def test_every_shipped_camera_gives_back_what_its_preset_says(
 ) -> None:
     """Gain 0.5 %, noise 1.5 %, DSNU, PRNU and dark current 2 %, linearity 0.05 %, QE 0.5 %."""
     camera = camera_under_test(preset, (512, 480))
-    report = examine(gl, camera, levels=28, repeats=8)
+    report = measure_camera(gl, camera, levels=28, repeats=8)
     wrong = [f"{f.name}: {f.recovered} for {f.configured}" for f in report.findings if not f.passed]
     assert not wrong
     assert {"gain K", "dark noise", "dark current", "DSNU", "PRNU", "linearity error"} <= {
@@ -112,7 +112,7 @@ def test_a_camera_without_fixed_pattern_passes(gl: moderngl.Context, seed: int) 
     """No DSNU and no PRNU are recovered as well as the frames' noise allows, within 4 sigma."""
     camera = camera_under_test("mt9m034", (128, 128))
     without = replace(camera.detector, pattern=FixedPattern(), serial=seed)
-    report = examine(gl, replace(camera, detector=without), levels=20, repeats=4)
+    report = measure_camera(gl, replace(camera, detector=without), levels=20, repeats=4)
     for finding in report.findings:
         if finding.name in ("DSNU", "PRNU"):
             assert finding.configured == 0.0
@@ -125,7 +125,7 @@ def test_a_camera_that_is_not_as_configured_fails(gl: moderngl.Context, tmp_path
     """The laboratory measures what the passes do: 3 % of PRNU do not pass for 1 %."""
     camera = camera_under_test("mt9m034", (256, 256))
     wrong = replace(camera.detector, pattern=FixedPattern(prnu=0.03, dsnu=2.0))
-    report = examine(gl, replace(camera, detector=wrong), levels=20, repeats=4)
+    report = measure_camera(gl, replace(camera, detector=wrong), levels=20, repeats=4)
     (prnu,) = [f for f in report.findings if f.name == "PRNU"]
     assert prnu.recovered == pytest.approx(3.0, rel=0.03)
     assert not replace(prnu, configured=1.0, allowed=0.02).passed

@@ -76,12 +76,12 @@ def of_plates(gl: moderngl.Context, front: float, behind: float | None) -> Frame
 
 def test_a_target_stands_out_by_its_difference_over_the_netd(gl: moderngl.Context) -> None:
     seen = of_plates(gl, 300.0, 299.0)
-    assert seen.warmth is not None
-    assert seen.warmth.mean == pytest.approx(300.0, abs=1e-3)
-    assert seen.warmth.brightness == pytest.approx(300.0, abs=0.02)
-    assert seen.warmth.background == pytest.approx(299.0, abs=0.02)
+    assert seen.temperatures is not None
+    assert seen.temperatures.mean == pytest.approx(300.0, abs=1e-3)
+    assert seen.temperatures.brightness == pytest.approx(300.0, abs=0.02)
+    assert seen.temperatures.background == pytest.approx(299.0, abs=0.02)
     # 1 K of 40 mK: 25. Its rows beside the edge are diffracted, and some noise is fixed pattern.
-    assert seen.warmth.netd == pytest.approx(0.040, rel=0.01)
+    assert seen.temperatures.netd == pytest.approx(0.040, rel=0.01)
     assert seen.median_snr == pytest.approx(25.0, rel=0.1)
     assert seen.mean_radiance is None
     assert seen.exitance is None
@@ -100,11 +100,11 @@ def test_a_target_as_warm_as_what_is_behind_is_lost(gl: moderngl.Context) -> Non
 
 def test_the_preset_s_netd_is_the_one_assessed(gl: moderngl.Context) -> None:
     seen = of_plates(gl, 300.0, None)
-    assert seen.warmth is not None
-    assert seen.warmth.background == pytest.approx(0.0, abs=60.0)
+    assert seen.temperatures is not None
+    assert seen.temperatures.background == pytest.approx(0.0, abs=60.0)
     detector = scene(sheet(1.0)).cameras["cam"].thermal
     assert detector is not None
-    assert seen.warmth.netd == pytest.approx(measured_netd(detector), rel=0.03)
+    assert seen.temperatures.netd == pytest.approx(measured_netd(detector), rel=0.03)
 
 
 def test_reports_have_thermal_images_beside_visible_ones_and_temperatures(tmp_path: Path) -> None:

@@ -90,8 +90,8 @@ def test_broken_frames_are_explained(
         ({"type": "rendr", "id": 1}, "UNKNOWN_TYPE", "type",
          'type "rendr" is not known here; did you mean "render"? (allowed: bye, configure, '),
         ({"type": "images", "id": 1}, "UNKNOWN_TYPE", "type",
-         'type "images" is not known here; (allowed: bye, configure, hello, '
-         'next, ping, render, state, stats)'),
+         'type "images" is not known here; allowed: bye, configure, hello, '
+         'next, ping, render, state, stats'),
         (without("id"), "BAD_VALUE", "id", "id is missing"),
         (without("tai_ns"), "BAD_VALUE", "tai_ns", "tai_ns is missing"),
         (without("cameras"), "BAD_VALUE", "cameras", "cameras is missing"),
@@ -150,8 +150,8 @@ def test_broken_frames_are_explained(
          "range, lidar_range, lidar_electrons"),
         (shot(products=["dn", "png"]), "BAD_VALUE", "cameras[0].products[1]",
          'cameras[0].products[1] "png" does not exist here; '
-         '(allowed: depth, dn, electrons, lidar_electrons, lidar_range, part_id, radiance, range, '
-         'temperature, thermal_radiance)'),
+         'allowed: depth, dn, electrons, lidar_electrons, lidar_range, part_id, radiance, range, '
+         'temperature, thermal_radiance'),
         (shot(products=["dn", "dn"]), "BAD_VALUE", "cameras[0].products[1]",
          'cameras[0].products[1] repeats "dn"'),
         (pose(position_m=[0.0, 0.0, 0.3]), "BAD_SCENE", "[camera.nav] position",

@@ -58,7 +58,7 @@ def test_the_view_waits_for_what_encoding_takes_meanwhile(monkeypatch: pytest.Mo
 @pytest.mark.skipif(not Path("/proc/self/autogroup").exists(), reason="no groups of sessions")
 def test_a_view_in_a_session_of_its_own_steps_back_with_it() -> None:
     program = (
-        "from simgl.idle_priority import run_when_idle\n"
+        "from simgl.viewer.idle_priority import run_when_idle\n"
         "run_when_idle(owns_session=True)\nprint(flush=True)\ninput()"
     )
     with subprocess.Popen(

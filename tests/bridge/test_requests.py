@@ -302,7 +302,7 @@ POSE = {
     [
         ({"bodies": {"chaser": {**POSE, "joints": {"door": 0.5}}}}, "NO_JOINT",
          "bodies.chaser.joints",
-         'bodies.chaser.joints "door" does not exist here; (none is allowed here)'),
+         'bodies.chaser.joints "door" does not exist here; none is allowed here'),
         ({"bodies": {"chaser": {**POSE, "joints": {"door": "open"}}}}, "BAD_VALUE",
          "bodies.chaser.joints.door", 'must be a number, got "open"'),
         ({"sun": {"position_m": [0.0, 0.0, 1e8]}}, "BAD_VALUE", "sun.position_m",

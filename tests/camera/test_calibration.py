@@ -359,13 +359,13 @@ DAMAGES: list[tuple[str, str, str, str]] = [
         KALIBR,
         "camera_model: pinhole",
         "camera_model: eucm",
-        ': cam0.camera_model is not read: "eucm"; (allowed: ds, ',
+        ': cam0.camera_model is not read: "eucm"; allowed: ds, ',
     ),
     (
         KALIBR,
         "distortion_model: radtan",
         "distortion_model: fov",
-        ': cam0.distortion_model is not read: "fov"; (allowed: equi',
+        ': cam0.distortion_model is not read: "fov"; allowed: equi',
     ),
     (
         KALIBR,

@@ -230,9 +230,9 @@ def test_solid_angles_of_a_circular_fisheye_sum_to_its_cone() -> None:
 @pytest.mark.parametrize(
     ("lens", "focal_length", "problem"),
     [
-        (Distortion(k1=-0.9), 420.0, "folds the picture"),
-        (Distortion(k1=1e18), 420.0, "folds the picture"),
-        (Distortion(k1=-0.01), 30.0, "folds the picture"),
+        (Distortion(k1=-0.9), 420.0, "folds the image"),
+        (Distortion(k1=1e18), 420.0, "folds the image"),
+        (Distortion(k1=-0.01), 30.0, "folds the image"),
         (Distortion(k1=1e-4), 30.0, "deg off the boresight, a pinhole below 85 deg; wider lenses"),
     ],
 )

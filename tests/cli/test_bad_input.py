@@ -128,7 +128,7 @@ def test_a_camera_test_of_a_missing_file(run: Run, out: Path, tmp_path: Path) ->
 def test_a_scenario_without_a_camera(run: Run, scene: Path, out: Path) -> None:
     scene.write_text(SCENE[: SCENE.index("[camera.nav]")])
     message = refused(run, "render", scene, "--out", out)
-    assert message == f"{scene}: camera is missing; a picture needs a [camera.NAME]"
+    assert message == f"{scene}: camera is missing; an image needs a [camera.NAME]"
     assert untouched(out)
 
 

@@ -112,8 +112,8 @@ def test_assess_of_one_epoch_a_trajectory_and_a_sweep(
 def test_camera_test(printed: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     from simgl.assess import emva1288
 
-    quick = partial(emva1288.examine, levels=12, repeats=2)
-    monkeypatch.setattr(emva1288, "examine", quick)
+    quick = partial(emva1288.measure_camera, levels=12, repeats=2)
+    monkeypatch.setattr(emva1288, "measure_camera", quick)
     document, _ = printed("camera", "test", "mt9m034", "--json")
     assert {q["name"] for q in document["quantities"]} >= {"gain K", "dark noise"}
     assert keys(document) == documented("simgl camera test")

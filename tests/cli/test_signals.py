@@ -113,7 +113,7 @@ def test_a_command_that_ends_before_its_first_result_leaves_no_folder(
     outer = tmp_path / "new"
     out = outer / "out"
     arguments = [str(scene) if word == "SCENE" else word for word in command]
-    signalled(out, signal.SIGINT, *arguments, "--out", out)
+    signalled(out, signal.SIGINT, *arguments, "--out", out, "--quiet")
     assert not outer.exists()
 
 

@@ -284,7 +284,7 @@ def test_pixels_are_counted_before_they_are_decoded() -> None:
 
 
 def test_an_image_that_another_program_would_have_to_open_is_none() -> None:
-    with pytest.raises(ValueError, match="is not a picture that Pillow can read"):
+    with pytest.raises(ValueError, match="is not an image that Pillow can read"):
         decoded_image(b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 10 10\nshowpage\n", 100)
 
 

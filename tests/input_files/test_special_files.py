@@ -11,7 +11,7 @@ import pytest
 
 from benchmarks.damaged_files.valid_files import READERS, gltf, write_all
 from simgl.errors import SimglError
-from simgl.inspection.model_check import examine
+from simgl.inspection.model_check import check_model
 from simgl.model_files.model_library import load_model
 from tests.input_files.special_files import COMPLAINTS, no_waiting, place
 
@@ -64,6 +64,6 @@ def test_a_uri_names_a_regular_file(what: str, uri: str, valid: Path, tmp_path: 
     )
     path = tmp_path / "uri.gltf"
     path.write_text(json.dumps(document))
-    for read in (load_model, examine):
+    for read in (load_model, check_model):
         with pytest.raises(SimglError, match=f'{what} "{uri}" (cannot be read|does not end)'):
             read(str(path))

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from simgl.commands.application import app
 from simgl.errors import AssetError, SimglError
-from simgl.inspection.model_check import examine, report_text
+from simgl.inspection.model_check import check_model, report_text
 from tests.model_files.gltf import UNSIGNED_SHORT, Document
 
 # Corner numbers of a cube's twelve triangles, counter-clockwise seen from outside.
@@ -39,7 +39,7 @@ def cube(tmp_path: Path) -> Callable[..., str]:
 
 
 def test_a_cube_is_watertight_and_has_its_size_and_volume(cube: Callable[..., str]) -> None:
-    report = examine(cube())
+    report = check_model(cube())
     (part,) = report.parts
     assert (report.size, report.middle) == ((2.0, 2.0, 2.0), (1.0, 1.0, 1.0))
     assert (report.triangles, part.open_edges, part.flat_triangles) == (12, 0, 0)
@@ -49,24 +49,24 @@ def test_a_cube_is_watertight_and_has_its_size_and_volume(cube: Callable[..., st
 
 
 def test_a_missing_triangle_leaves_three_open_edges(cube: Callable[..., str]) -> None:
-    (part,) = examine(cube(triangles=CUBE[1:])).parts
+    (part,) = check_model(cube(triangles=CUBE[1:])).parts
     assert part.verdict == "open, 3 edges without a neighbour"
 
 
 def test_a_turned_triangle_leaves_its_edges_open_twice(cube: Callable[..., str]) -> None:
     turned = [CUBE[0][::-1], *CUBE[1:]]
-    (part,) = examine(cube(triangles=turned)).parts
+    (part,) = check_model(cube(triangles=turned)).parts
     assert part.open_edges == 6
 
 
 def test_triangles_that_all_face_inward_are_told(cube: Callable[..., str]) -> None:
-    (part,) = examine(cube(triangles=[t[::-1] for t in CUBE])).parts
+    (part,) = check_model(cube(triangles=[t[::-1] for t in CUBE])).parts
     assert part.verdict == "inside out"
     assert part.volume < 0.0
 
 
 def test_a_triangle_without_area_is_counted(cube: Callable[..., str]) -> None:
-    (part,) = examine(cube(triangles=[*CUBE, (0, 0, 1)])).parts
+    (part,) = check_model(cube(triangles=[*CUBE, (0, 0, 1)])).parts
     assert (part.flat_triangles, part.open_edges) == (1, 0)
 
 
@@ -83,11 +83,11 @@ def test_a_triangle_without_area_is_counted(cube: Callable[..., str]) -> None:
 def test_the_unit_is_guessed_where_metres_do_not_fit(
     cube: Callable[..., str], side: float, unit_m: float | None, guess: str | None
 ) -> None:
-    assert examine(cube(side), unit_m).unit_guess == guess
+    assert check_model(cube(side), unit_m).unit_guess == guess
 
 
 def test_obj_and_stl_are_said_to_be_shape_only(cube: Callable[..., str]) -> None:
-    (note,) = examine(cube()).notes
+    (note,) = check_model(cube()).notes
     assert note == "OBJ is read as shape only: grey, flat facets, one part, no images"
 
 
@@ -101,7 +101,7 @@ def test_all_missing_files_are_named_in_one_line(tmp_path: Path) -> None:
     path.write_text(json.dumps(content))
     (tmp_path / "wing.png").write_bytes(b"")
     with pytest.raises(AssetError) as caught:
-        examine(str(path))
+        check_model(str(path))
     message = f'{path}: needs files that are missing beside it: "craft.bin", "hull.png"'
     assert str(caught.value) == message
 
@@ -122,14 +122,14 @@ def test_a_broken_file_gives_one_line_that_names_it(
     path = tmp_path / "craft.gltf"
     path.write_text(content)
     with pytest.raises(SimglError) as caught:
-        examine(str(path))
+        check_model(str(path))
     assert str(caught.value).startswith(f"{path}: ")
     assert problem in str(caught.value)
     assert "\n" not in str(caught.value)
 
 
 def test_a_shipped_model_reports_joints_keypoints_finishes_and_no_notes() -> None:
-    report = examine("mirror")
+    report = check_model("mirror")
     assert report.watertight
     assert report.notes == ()
     assert "centre" in report.keypoints
@@ -139,7 +139,7 @@ def test_a_shipped_model_reports_joints_keypoints_finishes_and_no_notes() -> Non
 
 
 def test_the_text_has_a_line_for_each_part_and_material(cube: Callable[..., str]) -> None:
-    text = report_text(examine(cube()))
+    text = report_text(check_model(cube()))
     assert "size       2 x 2 x 2 m along x, y, z; middle at (1, 1, 1) m" in text
     assert "  cube  12 triangles  2 x 2 x 2 m  watertight" in text
     assert "  plain  50 50 50 50  glossy, roughness 0.6" in text
@@ -150,7 +150,7 @@ def test_the_command_prints_the_report(cube: Callable[..., str]) -> None:
     path = cube(4500.0)
     result = CliRunner().invoke(app, ["model", "check", path, "--unit-m", "0.001"])
     assert result.exit_code == 0
-    assert result.output == report_text(examine(path, 0.001)) + "\n"
+    assert result.output == report_text(check_model(path, 0.001)) + "\n"
 
 
 def test_the_command_refuses_a_unit_that_is_not_positive(cube: Callable[..., str]) -> None:
@@ -178,7 +178,7 @@ def _gltf_cube(tmp_path: Path, normal_sign: float, **node: Any) -> str:
 
 
 def test_normals_that_contradict_the_winding_are_counted(tmp_path: Path) -> None:
-    report = examine(_gltf_cube(tmp_path, -1.0))
+    report = check_model(_gltf_cube(tmp_path, -1.0))
     (part,) = report.parts
     # Closed and wound outwards, but lit as if seen from inside.
     assert (part.verdict, part.contrary_normals) == ("watertight", 12)
@@ -189,5 +189,5 @@ def test_normals_that_contradict_the_winding_are_counted(tmp_path: Path) -> None
 def test_the_normals_of_a_mirrored_part_go_with_its_winding(
     scale: list[float], tmp_path: Path
 ) -> None:
-    (part,) = examine(_gltf_cube(tmp_path, 1.0, scale=scale)).parts
+    (part,) = check_model(_gltf_cube(tmp_path, 1.0, scale=scale)).parts
     assert (part.verdict, part.contrary_normals) == ("watertight", 0)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from simgl.arrays import Array
-from simgl.inspection.model_check import examine
+from simgl.inspection.model_check import check_model
 from simgl.model_files.model_library import AXES, UNITS, body_from_file, load_model
 from simgl.scenario.loader import scenario_from_dict
 
@@ -101,9 +101,9 @@ def test_a_gltf_takes_the_same_keys_as_its_maker_meant_them(tmp_path: Path) -> N
 def test_the_check_guesses_the_unit_and_takes_unit_and_axes(tmp_path: Path) -> None:
     path = tmp_path / "box.stl"
     write_stl(path, CORNERS @ by_hand("y", "z").T * 1e3)
-    guess = examine(str(path)).unit_guess
+    guess = check_model(str(path)).unit_guess
     assert guess == '3000 m is no spacecraft\'s size; 3 m if in millimetres: unit = "mm"'
-    report = examine(str(path), 1e-3, "y", "z")
+    report = check_model(str(path), 1e-3, "y", "z")
     assert report.unit_guess is None
     assert report.size == pytest.approx((3.0, 2.0, 1.0), abs=FLOAT32)
     assert report.watertight

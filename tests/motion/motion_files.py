@@ -6,7 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
+from simgl.motion.files.motion_reader import read_attitude
 from simgl.motion.orbits import KeplerianOrbit
+from simgl.motion.trajectory import SampledAttitude
 from simgl.physics.ephemeris import tai_ns_from_utc, utc_from_tai_ns
 
 EPOCH_UTC = "2026-03-20T12:00:00"
@@ -213,3 +215,10 @@ def written(folder: Path, text: str, name: str = "motion.txt") -> Path:
     path = folder / name
     path.write_text(text, encoding="utf-8")
     return path
+
+
+def sampled_attitude(file: Path) -> SampledAttitude:
+    """The samples of an attitude file."""
+    attitude = read_attitude(file, EPOCH)
+    assert isinstance(attitude, SampledAttitude)
+    return attitude

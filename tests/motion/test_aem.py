@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from simgl.arrays import Array
-from simgl.motion.files.motion_reader import read_rotations
-from tests.motion.motion_files import AEM, EPOCH, SECOND, written
+from tests.motion.motion_files import AEM, EPOCH, SECOND, sampled_attitude, written
 
 
 def about_z(angle_deg: float) -> Array:
@@ -19,7 +18,7 @@ def about_z(angle_deg: float) -> Array:
 
 
 def matrix(folder: Path, text: str, when_s: float = 60.0) -> Array:
-    rotations, _ = read_rotations(written(folder, text), EPOCH)
+    rotations = sampled_attitude(written(folder, text)).rotations
     return rotations.matrix(EPOCH + round(when_s * SECOND))
 
 
@@ -67,8 +66,8 @@ def test_angles_turn_about_the_axes_as_they_move(tmp_path: Path) -> None:
 
 def test_lvlh_is_told_apart(tmp_path: Path) -> None:
     text = AEM.replace("A = ICRF", "A = LVLH")
-    assert read_rotations(written(tmp_path, text), EPOCH)[1]
-    assert not read_rotations(written(tmp_path, AEM), EPOCH)[1]
+    assert sampled_attitude(written(tmp_path, text)).in_lvlh
+    assert not sampled_attitude(written(tmp_path, AEM)).in_lvlh
 
 
 @pytest.mark.parametrize("frame", ["EME2000", "J2000"])

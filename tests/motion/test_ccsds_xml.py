@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from simgl.errors import ConfigError
-from simgl.motion.files.motion_reader import read_path, read_rotations
-from tests.motion.motion_files import AEM, EPOCH, SECOND, in_xml, oem, written
+from simgl.motion.files.motion_reader import read_path
+from tests.motion.motion_files import AEM, EPOCH, SECOND, in_xml, oem, sampled_attitude, written
 
 HALF = EPOCH + 615 * SECOND
 
@@ -23,8 +23,8 @@ def test_an_orbit_is_the_same_to_the_last_bit(tmp_path: Path) -> None:
 
 def test_an_attitude_is_the_same_to_the_last_bit(tmp_path: Path) -> None:
     when = EPOCH + 45 * SECOND
-    plain, _ = read_rotations(written(tmp_path, AEM, "plain.aem"), EPOCH)
-    marked, _ = read_rotations(written(tmp_path, in_xml("aem", AEM), "marked.xml"), EPOCH)
+    plain = sampled_attitude(written(tmp_path, AEM, "plain.aem")).rotations
+    marked = sampled_attitude(written(tmp_path, in_xml("aem", AEM), "marked.xml")).rotations
     np.testing.assert_array_equal(marked.matrix(when), plain.matrix(when))
 
 
@@ -34,8 +34,8 @@ def test_values_have_names_so_that_their_order_makes_no_difference(tmp_path: Pat
     first = text.replace("<Q1>0.0</Q1><Q2>0.0</Q2>", "<Q2>0.0</Q2><Q1>0.0</Q1>")
     assert first != text
     first = first.replace("<QUATERNION_TYPE>LAST", "<QUATERNION_TYPE>FIRST")
-    expected = read_rotations(written(tmp_path, text, "a.xml"), EPOCH)[0].matrix(when)
-    got = read_rotations(written(tmp_path, first, "b.xml"), EPOCH)[0].matrix(when)
+    expected = sampled_attitude(written(tmp_path, text, "a.xml")).rotations.matrix(when)
+    got = sampled_attitude(written(tmp_path, first, "b.xml")).rotations.matrix(when)
     np.testing.assert_array_equal(got, expected)
 
 
@@ -67,7 +67,7 @@ RATES = '<rotationRates><rotation1 rate="Z_RATE">4.5</rotation1></rotationRates>
 def test_angles_of_both_versions(tmp_path: Path, kind: str, angles: str) -> None:
     """321 by 90, 90, 0: yaw takes x to y, then pitch about the new y takes x down to -z."""
     file = written(tmp_path, ANGLES.format(kind=kind, angles=angles))
-    R = read_rotations(file, EPOCH)[0].matrix(EPOCH)
+    R = sampled_attitude(file).rotations.matrix(EPOCH)
     np.testing.assert_allclose(R @ [1.0, 0.0, 0.0], [0.0, 0.0, -1.0], atol=1e-12)
     np.testing.assert_allclose(R @ [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], atol=1e-12)
 
@@ -80,7 +80,7 @@ def test_a_combined_message_serves_both_keys(tmp_path: Path) -> None:
     parts = body(in_xml("oem", oem())) + body(in_xml("aem", AEM))
     file = written(tmp_path, f"<ndm><COMMENT>both</COMMENT>{parts}</ndm>")
     assert np.all(np.isfinite(read_path(file, EPOCH)[0].state(HALF)[0]))
-    assert read_rotations(file, EPOCH)[0].matrix(EPOCH).shape == (3, 3)
+    assert sampled_attitude(file).rotations.matrix(EPOCH).shape == (3, 3)
 
 
 def test_a_message_of_another_kind_is_named(tmp_path: Path) -> None:

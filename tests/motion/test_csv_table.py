@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from simgl.motion.files.motion_reader import read_path, read_rotations
+from simgl.motion.files.motion_reader import read_path
 from simgl.physics.ephemeris import utc_from_tai_ns
-from tests.motion.motion_files import EPOCH, ORBIT, SECOND, written
+from tests.motion.motion_files import EPOCH, ORBIT, SECOND, sampled_attitude, written
 
 WHEN = EPOCH + 95 * SECOND
 STK_MONTH = {"03": "Mar"}
@@ -82,9 +82,9 @@ def test_attitudes_are_frame_from_body(tmp_path: Path, header: str) -> None:
     """A quarter turn about z: the body's x axis along the frame's y."""
     half = np.sqrt(0.5)
     text = f"{header}\n0,0,0,0,1\n10,0,0,{half},{half}\n"
-    rotations, in_lvlh = read_rotations(written(tmp_path, text), EPOCH)
-    assert not in_lvlh
-    R = rotations.matrix(EPOCH + 10 * SECOND)
+    attitude = sampled_attitude(written(tmp_path, text))
+    assert not attitude.in_lvlh
+    R = attitude.rotations.matrix(EPOCH + 10 * SECOND)
     np.testing.assert_allclose(R @ [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], atol=1e-12)
 
 
@@ -98,12 +98,12 @@ def test_attitudes_are_frame_from_body(tmp_path: Path, header: str) -> None:
 )
 def test_other_orders_of_an_attitude(tmp_path: Path, header: str, row: str) -> None:
     """A third of a turn about the diagonal: x to y to z; as yaw 90, roll 90 deg about the new x."""
-    rotations, in_lvlh = read_rotations(written(tmp_path, f"{header}\n0,{row}\n"), EPOCH)
-    assert in_lvlh == ("lvlh" in header)
-    R = rotations.matrix(EPOCH)
+    attitude = sampled_attitude(written(tmp_path, f"{header}\n0,{row}\n"))
+    assert attitude.in_lvlh == ("lvlh" in header)
+    R = attitude.rotations.matrix(EPOCH)
     np.testing.assert_allclose(R, [[0, 0, 1], [1, 0, 0], [0, 1, 0]], atol=1e-12)
 
 
 def test_attitudes_may_be_against_lvlh(tmp_path: Path) -> None:
     text = "time_s,q_lvlh_x,q_lvlh_y,q_lvlh_z,q_lvlh_w\n0,0,0,0,1\n10,0,0,0,1\n"
-    assert read_rotations(written(tmp_path, text), EPOCH)[1]
+    assert sampled_attitude(written(tmp_path, text)).in_lvlh

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from simgl.errors import AssetError, ConfigError, SimglError
-from simgl.motion.files.motion_reader import read_attitude, read_path, read_rotations
+from simgl.motion.files.motion_reader import read_attitude, read_path
 from tests.motion.motion_files import (
     AEM,
     APM,
@@ -32,10 +32,6 @@ def path_of(file: Path) -> object:
     return read_path(file, EPOCH, allowed_error=1e9)
 
 
-def rotations_of(file: Path) -> object:
-    return read_rotations(file, EPOCH)
-
-
 def attitude_of(file: Path) -> object:
     return read_attitude(file, EPOCH)
 
@@ -43,21 +39,21 @@ def attitude_of(file: Path) -> object:
 OEM = oem(60.0, 4)
 GOOD: dict[str, tuple[str, Reader]] = {
     "oem": (OEM, path_of),
-    "aem": (AEM, rotations_of),
+    "aem": (AEM, attitude_of),
     "tle": (TLE, path_of),
     "table": (TABLE, path_of),
     "oem in XML": (in_xml("oem", OEM), path_of),
-    "aem in XML": (in_xml("aem", AEM), rotations_of),
+    "aem in XML": (in_xml("aem", AEM), attitude_of),
     "opm": (opm(), path_of),
     "apm": (APM, attitude_of),
     "stk ephemeris": (stk_ephemeris(60.0, 4), path_of),
-    "stk attitude": (STK_ATTITUDE, rotations_of),
+    "stk attitude": (STK_ATTITUDE, attitude_of),
 }
 
 # File, passage, what stands there instead, and the complaint after the file's name.
 BY_HAND = [
     ("oem", "= EARTH", "= MARS", ' line 8: CENTER_NAME must be EARTH, got "MARS"'),
-    ("oem", "= ICRF", "= TOD", ' line 9: REF_FRAME is "TOD"; (allowed: EME2000, GCRF, ICRF, '),
+    ("oem", "= ICRF", "= TOD", ' line 9: REF_FRAME is "TOD"; allowed: EME2000, GCRF, ICRF, '),
     ("oem", "= UTC", "= UT1", ' line 10: TIME_SYSTEM is "UT1"; did you mean "UTC"?'),
     ("oem", "CENTER_NAME = EARTH\n", "", " line 5: CENTER_NAME is missing in this segment"),
     ("oem", "TIME_SYSTEM = UTC\n", "", " line 5: TIME_SYSTEM is missing in this segment"),
@@ -75,7 +71,7 @@ BY_HAND = [
         "aem",
         "= QUATERNION\n",
         "= SPIN\n",
-        ' line 13: ATTITUDE_TYPE is "SPIN"; (allowed: EULER',
+        ' line 13: ATTITUDE_TYPE is "SPIN"; allowed: EULER',
     ),
     ("aem", "B = SC_BODY_1", "B = EME2000", " line 7: REF_FRAME_A and REF_FRAME_B must be one ref"),
     (
@@ -100,7 +96,7 @@ BY_HAND = [
     ("table", "12:00:10", "12:00:00", " line 3: utc must be later than in the row before, got "),
     ("table", "2026-03-20T12:00:20", "", " line 4: utc must be a time such as "),
     ("oem in XML", "EARTH", "MARS", ' line 9: CENTER_NAME must be EARTH, got "MARS"'),
-    ("oem in XML", ">ICRF", ">TOD", ' line 10: REF_FRAME is "TOD"; (allowed: EME2000, GCRF, '),
+    ("oem in XML", ">ICRF", ">TOD", ' line 10: REF_FRAME is "TOD"; allowed: EME2000, GCRF, '),
     ("oem in XML", 'units="km"', 'units="m"', ' line 16: X must be in km, got units "m"'),
     ("oem in XML", "<Y ", "<W ", " line 16: is no well-formed XML: mismatched tag"),
     ("oem in XML", "EPOCH>", "TIME>", " line 16: is no well-formed XML: mismatched tag"),
@@ -119,7 +115,7 @@ BY_HAND = [
     ("apm", "A = ICRF", "A = ITRF", ' line 11: REF_FRAME_A turns with the Earth ("ITRF"); that '),
     ("apm", "Q3 = 0.5", "Q3 = 0.9", " line 13: must be a unit quaternion, got norm "),
     ("apm", "QUAT_STOP", "QUAT_STOP\nANGVEL_START", " line 18: ANGVEL describes a rotation; "),
-    ("stk ephemeris", "ICRF", "B1950", ' line 8: CoordinateSystem is "B1950"; (allowed: FIXED, '),
+    ("stk ephemeris", "ICRF", "B1950", ' line 8: CoordinateSystem is "B1950"; allowed: FIXED, '),
     ("stk ephemeris", "CoordinateSystem ICRF\n", "", " line 3: CoordinateSystem is missing in "),
     ("stk ephemeris", "Kilometers", "Feet", " line 9: DistanceUnit must be Meters or Kilometers"),
     ("stk ephemeris", "Earth", "Moon", ' line 7: CentralBody must be Earth, got "Moon"'),
@@ -184,7 +180,7 @@ def test_one_kind_for_the_other_is_told(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="give it as attitude_file"):
         path_of(written(tmp_path, AEM))
     with pytest.raises(ConfigError, match="give it as trajectory"):
-        rotations_of(written(tmp_path, TLE))
+        attitude_of(written(tmp_path, TLE))
 
 
 def damaged(text: str, rng: np.random.Generator) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from simgl.errors import ConfigError
-from simgl.motion.files.motion_reader import read_path, read_rotations
+from simgl.motion.files.motion_reader import read_path
 from simgl.motion.samples import Path as SampledPath
 from simgl.physics.ephemeris import itrf_from_icrf
 from tests.motion.motion_files import (
@@ -18,6 +18,7 @@ from tests.motion.motion_files import (
     STK_ATTITUDE,
     STK_HEAD,
     oem,
+    sampled_attitude,
     stk_ephemeris,
     written,
 )
@@ -71,9 +72,9 @@ def test_a_burn_between_segments_stays_sharp(tmp_path: Path) -> None:
 
 
 def x_body(tmp_path: Path, text: str, seconds: int) -> np.ndarray:
-    rotations, in_lvlh = read_rotations(written(tmp_path, text), EPOCH)
-    assert not in_lvlh
-    return rotations.matrix(EPOCH + seconds * SECOND) @ [1.0, 0.0, 0.0]
+    attitude = sampled_attitude(written(tmp_path, text))
+    assert not attitude.in_lvlh
+    return attitude.rotations.matrix(EPOCH + seconds * SECOND) @ [1.0, 0.0, 0.0]
 
 
 FIRST = """\
@@ -105,7 +106,7 @@ def test_an_attitude_in_every_order(tmp_path: Path, text: str) -> None:
 def test_angles_turn_about_the_axes_as_they_move(tmp_path: Path) -> None:
     """313 without a sequence: x to y about z, then the pole about the new x, to ICRF's x."""
     text = HEAD + "AttitudeTimeEulerAngles\n0 90 90 0\n"
-    R = read_rotations(written(tmp_path, text), EPOCH)[0].matrix(EPOCH)
+    R = sampled_attitude(written(tmp_path, text)).rotations.matrix(EPOCH)
     np.testing.assert_allclose(R @ [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], atol=1e-12)
 
 
@@ -119,6 +120,6 @@ def test_one_kind_for_the_other_is_named(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="holds attitudes; give it as attitude_file"):
         read_path(written(tmp_path, STK_ATTITUDE), EPOCH)
     with pytest.raises(ConfigError, match="holds an orbit; give it as trajectory"):
-        read_rotations(written(tmp_path, stk_ephemeris()), EPOCH)
+        sampled_attitude(written(tmp_path, stk_ephemeris()))
     with pytest.raises(ConfigError, match='is an STK file of one object; object = "a" goes with'):
         read_path(written(tmp_path, stk_ephemeris()), EPOCH, name="a")

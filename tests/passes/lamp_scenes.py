@@ -8,7 +8,8 @@ import moderngl
 import numpy as np
 
 from simgl.scenario.scenario import Scenario
-from simgl.scene.lamps import LampState, lamp_irradiance
+from simgl.scene.lamps import LampState
+from tests.reference.lamps import lamp_irradiance
 from tests.scenes import lambert, radiance, scene
 
 Array = np.ndarray[Any, np.dtype[np.float64]]

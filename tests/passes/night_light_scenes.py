@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from simgl.arrays import Array
-from simgl.physics.airglow import GLOW_BOTTOM, GLOW_TOP, path_in_layers, zenith_glow
+from simgl.physics.airglow import GLOW_DEPTH, path_in_layers, zenith_glow
 from simgl.physics.atmosphere import STANDARD, grazing_optical_depth
 from simgl.physics.constants import MOON_RADIUS
 from simgl.physics.lunar_model import lommel_seeliger_share, surface_factor
@@ -175,7 +175,7 @@ def airglow_irradiance(normal: Array) -> Array:
         lowest = (R + ALTITUDE) * np.sin(angle) - R
         path = path_in_layers(R, lowest)
         beyond = np.where((lowest > 0.0)[:, None], _passed(lowest), 0.0)
-        return zenith_glow(from_below=False) / (GLOW_TOP - GLOW_BOTTOM) * path * (1.0 + beyond)
+        return zenith_glow(from_below=False) / GLOW_DEPTH * path * (1.0 + beyond)
 
     heights = np.array([0.0, 10e3, 30e3, 60e3, 82e3, 91e3, 92e3, 101e3])
     edges = np.concatenate([[0.0, 0.6, 1.0], np.arcsin((R + heights) / (R + ALTITUDE))])

@@ -11,9 +11,9 @@ import pytest
 from simgl.arrays import Array
 from simgl.motion.trajectory import FixedAttitude, Motion, UniformMotion
 from simgl.scenario.scenario import Scenario
-from simgl.scene.lamps import lamp_irradiance
 from tests.passes.lamp_scenes import dark_scene
 from tests.passes.thin_casters import Place, thin_scenes
+from tests.reference.lamps import lamp_irradiance
 from tests.scenes import radiance
 
 _CAMERA = np.array((0.3, 0.35, 0.3))

@@ -10,7 +10,7 @@ import pytest
 
 from simgl.bench.scenes import bench_scenes
 from simgl.scenario.loader import load_scenario
-from simgl.scene.lamps import beam_solid_angle, lamp_irradiance
+from simgl.scene.lamps import beam_solid_angle
 from simgl.simulator import Product, Simulator
 from simgl.view.lamp_views import MAP_SIZE, lamp_views
 from tests.passes.lamp_scenes import (
@@ -23,6 +23,7 @@ from tests.passes.lamp_scenes import (
     plate,
     soft_shadow,
 )
+from tests.reference.lamps import lamp_irradiance
 from tests.scenes import lambert, radiance, scene
 
 Array = np.ndarray[Any, np.dtype[np.float64]]

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from simgl.physics.airglow import (
-    GLOW_BOTTOM,
-    GLOW_TOP,
+    GLOW_DEPTH,
     ground_irradiance,
     path_in_layers,
     zenith_glow,
@@ -89,7 +88,7 @@ def test_the_airglow_at_the_limb_is_brighter_by_its_longer_way(
             view = -np.sqrt(1.0 - sine**2) * UP + sine * np.array([0.0, 1.0, 0.0])
             limb = seen.picture(earth, above(4e5), view, -UP, pixel=1e-7)[1, 1] / np.pi
             path = path_in_layers(RADIUS, np.array([height]))[0]
-            wanted = zenith_glow(from_below=False) * 2.0 * path / (GLOW_TOP - GLOW_BOTTOM)
+            wanted = zenith_glow(from_below=False) * 2.0 * path / GLOW_DEPTH
             # float32 knows the lowest point to a few metres; near a layer's rim that is 1e-3.
             np.testing.assert_allclose(limb, wanted, rtol=5e-3, atol=1e-10)
 

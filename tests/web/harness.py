@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from simgl.displays import CameraImages
+from simgl.figures.displays import CameraImages
 from simgl.web.page_server import PageServer
-from simgl.web.snapshots import Newest, Snapshot
+from simgl.web.snapshots import NewestSnapshot, Snapshot
 from simgl.web.web_access import WebAccess
 from tests.patience import limit
 from tests.web.small_scene import box_scenario
@@ -24,10 +24,10 @@ LOCAL = WebAccess(host="127.0.0.1", port=0)
 
 
 def snapshot(
-    newest: Newest, value: int = 7, size: int = 48, **planes: npt.NDArray[np.float32]
+    newest: NewestSnapshot, value: int = 7, size: int = 48, **planes: npt.NDArray[np.float32]
 ) -> Snapshot:
     """The scene with an image of noise, which JPEG does not make small, and with other planes."""
-    scenario = newest.scenario[1]
+    scenario = newest.scenario
     rng = np.random.default_rng(value)
     dn = rng.integers(0, 4096, (size, size), dtype=np.uint16)
     images = CameraImages(
@@ -40,9 +40,9 @@ def snapshot(
     return Snapshot(state=state, images={"nav": images})
 
 
-def shown(access: WebAccess = LOCAL, patience: float = 30.0) -> tuple[Newest, PageServer]:
+def shown(access: WebAccess = LOCAL, patience: float = 30.0) -> tuple[NewestSnapshot, PageServer]:
     """A server of the box; close it."""
-    newest = Newest(box_scenario())
+    newest = NewestSnapshot(box_scenario())
     newest.publish(snapshot(newest))
     return newest, PageServer(newest, access, patience=patience)
 

@@ -12,7 +12,7 @@ import pytest
 
 from simgl import Simulator
 from simgl.web.page_server import PageServer
-from simgl.web.snapshots import Newest
+from simgl.web.snapshots import NewestSnapshot
 from simgl.web.view_session import ViewSession
 from tests.patience import limit, wait_until
 from tests.web.harness import LOCAL, chromium, next_jpeg, shown, snapshot, stream
@@ -38,7 +38,7 @@ def browser() -> Iterator[Any]:
 def address() -> Iterator[str]:
     """A session that draws the box with an Earth, on a thread of its own as OpenGL wants it."""
     scenario = box_scenario(earth={}, sun={})
-    newest, stop = Newest(scenario), threading.Event()
+    newest, stop = NewestSnapshot(scenario), threading.Event()
     failures: list[BaseException] = []
 
     def draw() -> None:

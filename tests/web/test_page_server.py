@@ -15,13 +15,13 @@ import pytest
 
 from simgl.errors import ConfigError
 from simgl.web.page_server import PageServer
-from simgl.web.snapshots import Newest
+from simgl.web.snapshots import NewestSnapshot
 from simgl.web.viewers import MAX_VIEWERS
 from simgl.web.web_access import WebAccess, web_access
 from tests.patience import limit, wait_until
 from tests.web.harness import Socket, got, next_jpeg, shown, snapshot, stream
 
-Shown = tuple[Newest, PageServer]
+Shown = tuple[NewestSnapshot, PageServer]
 
 
 @pytest.fixture

@@ -7,16 +7,16 @@ from typing import Any
 import pytest
 
 from simgl.errors import ConfigError
-from simgl.web.snapshots import Newest, Snapshot
-from simgl.web.view_settings_web import WebSettings, changed, chosen_state
+from simgl.web.snapshots import NewestSnapshot, Snapshot
+from simgl.web.web_settings import WebSettings, changed, chosen_state
 from tests.web.small_scene import box_scenario
 
 
 def test_what_nobody_took_is_replaced() -> None:
-    newest = Newest(box_scenario())
+    newest = NewestSnapshot(box_scenario())
     news = []
     newest.on_news(lambda: news.append(True))
-    state = newest.scenario[1].at(0)
+    state = newest.scenario.at(0)
     first, last = (Snapshot(state=state, images={}) for _ in range(2))
     newest.publish(first)
     newest.publish(last)
@@ -25,11 +25,11 @@ def test_what_nobody_took_is_replaced() -> None:
 
 
 def test_nothing_is_wanted_until_a_viewer_took_the_last() -> None:
-    newest = Newest(box_scenario())
+    newest = NewestSnapshot(box_scenario())
     assert not newest.wait_until_wanted(0.0)
     newest.watch("viewer", "nav", "dn")
     assert newest.wait_until_wanted(0.0)
-    newest.publish(Snapshot(state=newest.scenario[1].at(0), images={}))
+    newest.publish(Snapshot(state=newest.scenario.at(0), images={}))
     assert not newest.wait_until_wanted(0.0)
     newest.newest()
     assert newest.wait_until_wanted(0.0)
@@ -38,7 +38,7 @@ def test_nothing_is_wanted_until_a_viewer_took_the_last() -> None:
 
 
 def test_commands_of_a_kind_do_not_queue() -> None:
-    newest = Newest(box_scenario())
+    newest = NewestSnapshot(box_scenario())
     for second in range(1000):
         newest.command("time", {"time_s": second})
         newest.command(f"nonsense {second}", {})

@@ -52,7 +52,6 @@ class WrittenFmu:
     needs_libzmq : importers need a libzmq.so.5 of their own
     """
 
-    model: CameraModel
     variables: tuple[Variable, ...]
     platform: str | None
     problem: str
@@ -128,7 +127,6 @@ def write_fmu(model: CameraModel, path: Path) -> WrittenFmu:
         content["documentation/licenses/license.txt"] = license_text.encode()
         _write_zip(path, content)
     return WrittenFmu(
-        model=model,
         variables=described,
         platform=platform,
         problem=compilers if isinstance(compilers, str) else "",

@@ -20,17 +20,21 @@ def fmu(
         Path, typer.Option("--out", "-o", help="FMU file; an existing one is replaced.")
     ],
     camera: Annotated[
-        str | None, typer.Option(help="Camera name; may be left out where there is one.")
+        str | None, typer.Option(help="Camera name; optional if there is only one.")
     ] = None,
     body: Annotated[
         list[str] | None,
         typer.Option(
-            help="Spacecraft that the importer places; all if not given. The others follow the "
+            help="Spacecraft whose pose the importer sets; all if not given. The others follow the "
             "scenario."
         ),
     ] = None,
     sun: Annotated[
-        bool, typer.Option("--sun", help="The importer places the Sun, too; else the epoch does.")
+        bool,
+        typer.Option(
+            "--sun",
+            help="The importer also sets the Sun's position; it otherwise follows from the epoch.",
+        ),
     ] = False,
     address: Annotated[
         str, typer.Option(help="Where a running simgl serve is looked for; a parameter of the FMU.")

@@ -17,7 +17,7 @@ def follow(
         typer.Option("--from-42", help="HOST:PORT where the simulator 42 serves its state."),
     ],
     address: Annotated[
-        str, typer.Option(help="Of the running simgl serve that renders.")
+        str, typer.Option(help="Address of the running simgl serve that renders.")
     ] = DEFAULT_ADDRESS,
     spacecraft: Annotated[
         list[str] | None,
@@ -38,7 +38,7 @@ def follow(
         ),
     ] = None,
     camera: Annotated[
-        list[str] | None, typer.Option(help="Only these; all of the scenario without it.")
+        list[str] | None, typer.Option(help="Camera name; all cameras if not given.")
     ] = None,
     product: Annotated[
         list[str] | None,
@@ -54,7 +54,9 @@ def follow(
     ] = False,
     patience_s: Annotated[
         float,
-        typer.Option(min=1.0, help="For 42 to start, and to send its next state."),
+        typer.Option(
+            min=1.0, help="Longest wait in seconds for 42 to start, and for its next state."
+        ),
     ] = 600.0,
 ) -> None:
     """Render the states of the simulator 42, in lock-step with it.

@@ -113,20 +113,6 @@ def _orbit(
     return orbits[0].orbit
 
 
-def read_rotations(
-    path: Path, epoch_tai_ns: int, *, name: str | None = None, longest_gap_s: float | None = None
-) -> tuple[SampledRotations, bool]:
-    """The attitude of an object, and whether it is relative to its LVLH axes instead of ICRF.
-
-    Arguments and errors as for ``read_path``.
-    """
-    lines = lines_of(path, text_of(path))
-    kind, ccsds = _contents(lines, path, _ATTITUDES, "holds an orbit; give it as trajectory")
-    if kind == "apm":
-        _fail(path, "holds one attitude (APM), not samples")
-    return _sampled_rotations(path, lines, kind, ccsds, epoch_tai_ns, name, longest_gap_s)
-
-
 def read_attitude(
     path: Path, epoch_tai_ns: int, *, name: str | None = None, longest_gap_s: float | None = None
 ) -> SampledAttitude | FixedAttitude | LvlhAttitude:

@@ -78,7 +78,7 @@ def body_windows(body: int, clock: Clock) -> list[tuple[int, int]]:
     listed = sorted({int(i) for file in files for i in spiceypy.spkobj(file)})
     if body not in listed:
         names = ", ".join(map(str, listed)) or "no SPK is named"
-        fail(f"holds no states of naif_id {body}; (allowed: {names})")
+        fail(f"holds no states of naif_id {body}; allowed: {names}")
     cover = spiceypy.utils.support_types.SPICEDOUBLE_CELL(20_000)
     for file in files:
         if body in {int(i) for i in spiceypy.spkobj(file)}:

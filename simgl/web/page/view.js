@@ -3,7 +3,7 @@ import { Scene3d } from "./scene3d.js";
 
 const $ = (id) => document.getElementById(id);
 const scene3d = new Scene3d($("scene3d"), $("labels"));
-let scenario = null, socket = null, update = null, generation = -1, picture = null, retry = 500;
+let scenario = null, socket = null, update = null, picture = null, retry = 500;
 // Controls that a person holds are not moved by updates for this long [ms].
 const HELD = 700;
 const touched = new Map();
@@ -51,7 +51,6 @@ function watch() {
 
 async function loadScenario() {
   scenario = await (await fetch("scenario.json")).json();
-  generation = scenario.generation;
   document.title = `${scenario.name} – simgl`;
   $("title").textContent = scenario.name;
   const cameras = Object.keys(scenario.cameras);
@@ -101,7 +100,7 @@ function state(text) { if ($("state").textContent !== text) $("state").textConte
 function note(text) { $("note").textContent = text; $("note").hidden = !text; }
 
 async function show(next, pixels) {
-  if (next.generation !== generation) { await loadScenario(); }
+  if (!scenario) await loadScenario();
   update = next;
   if (pixels) {
     const url = URL.createObjectURL(pixels), image = $("pixels");

@@ -138,10 +138,10 @@ DAMAGES = (
         " [camera.nav]: optics.vignetting_angle_deg must start at 0 and increase",
     ),
     Damage(
-        "distortion that folds the picture",
+        "distortion that folds the image",
         LOOK,
         f"{LOOK}\nfocal_length_mm = 2.0\noptics.distortion = {{ k1 = -2.0 }}",
-        " [camera.nav]: optics.distortion folds the picture: two rays meet in one place",
+        " [camera.nav]: optics.distortion folds the image: two rays meet in one place",
     ),
     Damage(
         "blur over the whole picture",

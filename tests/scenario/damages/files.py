@@ -17,8 +17,8 @@ DAMAGES = (
         "unknown table on two lines",
         "[render]",
         '["a\\nb"]',
-        ': "a\\nb" is not a table here; (allowed: assess, bands, camera, earth, epoch, lamp, '
-        "render, requirements, sky, spacecraft, sun, thermal, uncertainty)",
+        ': "a\\nb" is not a table here; allowed: assess, bands, camera, earth, epoch, lamp, '
+        "render, requirements, sky, spacecraft, sun, thermal, uncertainty",
     ),
     Damage(
         "unknown key",
@@ -32,8 +32,8 @@ DAMAGES = (
         "unknown key on two lines",
         SEED,
         '"a\\nb" = 1',
-        ' [render]: "a\\nb" is not a key here; (allowed: between_spacecraft, gather, '
-        "glossy_reflections, inter_reflection, joint_light, samples_per_pixel, seed)",
+        ' [render]: "a\\nb" is not a key here; allowed: between_spacecraft, gather, '
+        "glossy_reflections, inter_reflection, joint_light, samples_per_pixel, seed",
     ),
     Damage(
         "unknown gather",

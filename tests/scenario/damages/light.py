@@ -207,7 +207,7 @@ DAMAGES = (
         "lamp in two places",
         RENDER,
         LAMP.replace("look_at", "position_body_m = [0.0, 0.0, 0.0]\nlook_at"),
-        " [lamp.spot]: position_body_m or keypoint is needed, and not both",
+        " [lamp.spot]: position_body_m or keypoint is required, not both",
     ),
     Damage(
         "lamp at a keypoint of none",
@@ -215,13 +215,13 @@ DAMAGES = (
         LAMP.replace('on = "chaser"', 'on = "plate"').replace(
             'look_at = "plate"', 'look_at = "chaser"'
         ),
-        ' [lamp.spot]: keypoint is not on "plate": "docking_port"; (none is allowed here)',
+        ' [lamp.spot]: keypoint is not on "plate": "docking_port"; none is allowed here',
     ),
     Damage(
         "lamp in two directions",
         RENDER,
         LAMP.replace("half", "boresight = [1.0, 0.0, 0.0]\nhalf"),
-        " [lamp.spot]: look_at or boresight is needed, and not both",
+        " [lamp.spot]: look_at or boresight is required, not both",
     ),
     Damage(
         "lamp that looks at its carrier",

@@ -9,8 +9,8 @@ DAMAGES = (
         "scenario in place of a model card",
         MODEL,
         'model = "./scene.toml"',
-        ": epoch is not a key here; (allowed: axes, description, file, joint, keypoints, name, "
-        "reflectance, source, thermal, thermal_link, thermal_node, unit_m)",
+        ": epoch is not a key here; allowed: axes, description, file, joint, keypoints, name, "
+        "reflectance, source, thermal, thermal_link, thermal_node, unit_m",
     ),
     Damage(
         "unknown key of a primitive",
@@ -31,8 +31,7 @@ DAMAGES = (
         "unknown primitive",
         "model.plate",
         "model.cone",
-        " [spacecraft.plate]: model.cone is not a key here; (allowed: box, cylinder, plate, "
-        "sphere)",
+        " [spacecraft.plate]: model.cone is not a key here; allowed: box, cylinder, plate, sphere",
     ),
     Damage(
         "text for a number",

@@ -29,13 +29,13 @@ DAMAGES = (
         "looking nowhere",
         f"{LOOK}\n",
         "",
-        " [camera.nav]: look_at or limb or boresight is needed, and only one of them",
+        " [camera.nav]: look_at or limb or boresight is required, only one of them",
     ),
     Damage(
         "looking two ways",
         LOOK,
         f"{LOOK}\nboresight = [0.0, 0.0, -1.0]",
-        " [camera.nav]: look_at or limb or boresight is needed, and only one of them",
+        " [camera.nav]: look_at or limb or boresight is required, only one of them",
     ),
     Damage(
         "looking at a place that is not there",
@@ -132,19 +132,19 @@ DAMAGES = (
         "on a body but nowhere",
         PINHOLE,
         'on = "chaser"',
-        " [camera.nav]: position_body_m or keypoint is needed, and not both",
+        " [camera.nav]: position_body_m or keypoint is required, not both",
     ),
     Damage(
         "on a body at two places",
         PINHOLE,
         'on = "chaser"\nkeypoint = "docking_port"\nposition_body_m = [0.0, 0.0, 1.0]',
-        " [camera.nav]: position_body_m or keypoint is needed, and not both",
+        " [camera.nav]: position_body_m or keypoint is required, not both",
     ),
     Damage(
         "keypoint of a primitive",
         PINHOLE,
         'on = "plate"\nkeypoint = "tip"',
-        ' [camera.nav]: keypoint is not on "plate": "tip"; (none is allowed here)',
+        ' [camera.nav]: keypoint is not on "plate": "tip"; none is allowed here',
     ),
     Damage(
         "keypoint without a body",
@@ -156,7 +156,7 @@ DAMAGES = (
         "about nobody",
         f"{PINHOLE}\n{LOOK}",
         'about = { target = "x", azimuth_deg = 0.0, range_m = 5.0 }',
-        ' [camera.nav]: about.target names no spacecraft: "x"; (allowed: chaser, plate)',
+        ' [camera.nav]: about.target names no spacecraft: "x"; allowed: chaser, plate',
     ),
     Damage(
         "about at no range",

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from simgl.false_colour import (
+from simgl.figures.false_colour import (
     LEGEND,
     false_colour,
     relative_flux,

@@ -6,8 +6,8 @@ import threading
 
 import pytest
 
+from simgl.background_work import background_work
 from simgl.progress import ProgressCallback, begin_stage
-from simgl.side_work import side_work
 
 PATIENCE_S = 60.0
 
@@ -40,7 +40,7 @@ def test_steps_are_shown_once_the_block_has_ended() -> None:
         progress(2, 2)
         begin_stage(progress, "more light")
 
-    with side_work(work, shown):
+    with background_work(work, shown):
         assert half.wait(PATIENCE_S)
         begin_stage(shown, "maps")
         shown(3, 3)
@@ -59,7 +59,7 @@ def test_work_whose_block_fails_ends_at_its_next_step() -> None:
         assert begun.wait(PATIENCE_S)
         raise KeyboardInterrupt
 
-    with pytest.raises(KeyboardInterrupt), side_work(work, None):
+    with pytest.raises(KeyboardInterrupt), background_work(work, None):
         fail()
 
 
@@ -68,5 +68,5 @@ def test_an_error_of_the_work_is_that_of_the_block() -> None:
         progress(0, 2)
         raise MemoryError("no room for rays")
 
-    with pytest.raises(MemoryError, match="no room for rays"), side_work(work, None):
+    with pytest.raises(MemoryError, match="no room for rays"), background_work(work, None):
         pass

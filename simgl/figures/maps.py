@@ -11,14 +11,14 @@ import numpy as np
 
 from simgl.arrays import AnyArray
 from simgl.camera.camera_equation import blender_exposure, exposure_value
-from simgl.false_colour import (
+from simgl.figures.false_colour import (
     LEGEND,
     SOURCE_SOLAR_CONSTANT,
     false_colour,
     relative_flux,
     scene_value,
 )
-from simgl.figure_style import DN_MAP, LIGHT_MAP, VALUE_MAP, figure_style
+from simgl.figures.style import DN_MAP, LIGHT_MAP, VALUE_MAP, figure_style
 from simgl.images import ElectronFrame, FrameInfo, ThermalFrame
 from simgl.output import complete_file
 from simgl.physics.ephemeris import utc_from_tai_ns

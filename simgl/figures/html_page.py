@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from simgl import assets
-from simgl.figure_style import svg_bytes
+from simgl.figures.style import svg_bytes
 from simgl.output import complete_file
 
 if TYPE_CHECKING:

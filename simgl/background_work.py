@@ -1,4 +1,4 @@
-"""Work in another thread beside this one's: what takes one core for long leaves it the others."""
+"""Work in a background thread, so that a long computation on one core does not delay the rest."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from simgl.progress import ProgressCallback, begin_stage, silent
 
 
 @contextmanager
-def side_work(
+def background_work(
     work: Callable[[ProgressCallback], None], progress: ProgressCallback | None
 ) -> Iterator[None]:
     """Work in another thread while the block runs; at its end wait for it, and raise its error.

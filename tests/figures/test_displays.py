@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from simgl.arrays import AnyArray
-from simgl.displays import CameraImages, display, pixel_values, radiance_display
+from simgl.figures.displays import CameraImages, display, pixel_values, radiance_display
 from tests.web.small_scene import HEIGHT, WIDTH, box_scenario
 
 

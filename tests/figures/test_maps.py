@@ -7,7 +7,7 @@ from pathlib import Path
 import moderngl
 from PIL import Image
 
-from simgl.maps import write_maps
+from simgl.figures.maps import write_maps
 from simgl.simulator import Product, Simulator
 from tests.scenes import lambert, scene
 

@@ -12,7 +12,7 @@ from simgl.images import ThermalFrame
 
 
 @dataclass(frozen=True, kw_only=True)
-class TargetWarmth:
+class TargetTemperatures:
     """A target in a thermal image.
 
     lowest, mean, highest : temperature of its surfaces in view [K]
@@ -29,8 +29,10 @@ class TargetWarmth:
     netd: float
 
 
-def target_warmth(frame: ThermalFrame, on_target: Mask, ring: Mask) -> TargetWarmth | None:
-    """A target's warmth; None where it is not in view.
+def target_temperatures(
+    frame: ThermalFrame, on_target: Mask, ring: Mask
+) -> TargetTemperatures | None:
+    """A target's temperatures; None where it is not in view.
 
     on_target, ring : (h, w) its pixels, and the background beside it
     """
@@ -42,7 +44,7 @@ def target_warmth(frame: ThermalFrame, on_target: Mask, ring: Mask) -> TargetWar
     seen = frame.brightness_temperature
     brightness = float(np.median(seen[on_target]))
     signal = detector.signal(detector.emission(np.array(brightness)))
-    return TargetWarmth(
+    return TargetTemperatures(
         lowest=float(kelvin.min()),
         mean=float(kelvin.mean(dtype=np.float64)),
         highest=float(kelvin.max()),

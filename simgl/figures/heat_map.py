@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from simgl.arrays import AnyArray, Array
-from simgl.figure_style import LIGHT_MAP, figure_style, plain_axes
+from simgl.figures.style import LIGHT_MAP, figure_style, plain_axes
 from simgl.output import complete_file
 from simgl.physics.ephemeris import utc_from_tai_ns
 from simgl.physics.frames import unit

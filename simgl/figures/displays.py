@@ -14,7 +14,7 @@ from PIL import Image
 from simgl.arrays import AnyArray, Array32, Image8, Image16
 from simgl.camera.camera import Camera
 from simgl.camera.demosaic import develop_squares
-from simgl.figure_style import LIGHT_MAP, VALUE_MAP
+from simgl.figures.style import LIGHT_MAP, VALUE_MAP
 from simgl.images import (
     WHITE_PHOTONS,
     Capture,
