@@ -36,17 +36,17 @@ const uint VERTEX_TEXELS = 4u;
 #else
 const uint VERTEX_TEXELS = 2u;
 #endif
-#ifdef INTERREFLECTION
-// For each side irradiance from other surfaces [W m-2], and what they leave of the Earth's.
-uniform sampler2D vertex_light;
 #ifdef TWO_SIDED
 const uint SIDES = 2u;
 #else
 const uint SIDES = 1u;
 #endif
+#ifdef INTERREFLECTION
+// For each side irradiance from other surfaces [W m-2], and what they leave of the Earth's.
+uniform sampler2D vertex_light;
+#endif
 #ifdef LIGHT_GRIDS
 #include "gbuffer/light_grids.glsl"
-#endif
 #endif
 
 #ifdef EDGES
@@ -147,6 +147,41 @@ Part part_of(ivec2 cell, uint group) {
     return Part(first + middle, texel, sqrt(float(samples_of(group))), first, cell, group);
 }
 
+#ifdef OF_SQUARES
+const float EDGE = 4.0;   // of a square [cells]
+
+// Over a square light is taken for linear between four points, and a little beyond them. A function of second
+// derivative f then errs by 0.04 f w^2 over a width w: a lobe of width alpha by 0.16 (w / alpha)^2 of its peak,
+// and what goes by the cosine to the viewer by 0.04 (w / cosine)^2. With these by 2e-4 at most.
+const float OF_LOBE = 0.035, OF_COSINE = 0.07;
+
+// Whether light that comes from all over the sky, or from the Sun, is smooth over a square.
+//
+// turn : of the normals over the square
+bool is_smooth(vec3 n, vec3 sight, float turn, uint material) {
+    vec4 law = material_law[material];
+    float alpha = law.z > 0.5 ? 1.0 : law.y * law.y;
+    float width = EDGE * length(raster_from_cell.xy) * length(sample_steps[0].xyz);
+    return turn + width < OF_LOBE * alpha && width < OF_COSINE * abs(dot(n, normalize(sight)))
+        && !is_layered(material);
+}
+
+// Whether the light of other surfaces is linear over a square of a triangle.
+bool is_linear(Facet facet, uint triangle, vec2 middle) {
+    bool linear = true;
+#ifdef LIGHT_GRIDS
+    GridPlace at = grid_place(weights_at(facet, sight_at(middle)));
+    for (int k = 0; k < 4; ++k) {
+        vec2 corner = EDGE * (vec2(k & 1, k >> 1) - 0.5);
+        vec2 place = middle + mat2(raster_from_cell.xy, raster_from_cell.zw) * corner;
+        linear = linear && is_linear(at, grid_place(max(weights_at(facet, sight_at(place)), 0.0)));
+    }
+    linear = linear || read_texel(light_grids, table_place(triangle)).r == 0u;
+#endif
+    return linear;
+}
+#endif
+
 // Returns the material.
 uint look_up(Part part) {
     uvec2 seen = read_texel(visibility, part.texel).rg;
@@ -202,6 +237,11 @@ uint look_up(Part part) {
     float area = length(facet.across);
     face_normal = vec4(area > 0.0 ? facet.across / area : n, 1.0);
     indirect = vec4(0.0);
+#ifdef OF_SQUARES
+    float turn = sqrt(6.0 * spread);
+    face_normal.w = float(is_smooth(n, sight, turn, label & 63u)
+                          && is_linear(facet, max(seen.x, 1u) - 1u, part.middle));
+#endif
 #ifdef INTERREFLECTION
     // Not past the edges, where light may change within a triangle's width.
     vec3 inside = max(weight, 0.0);
@@ -229,22 +269,11 @@ void main() {
     for (; ends; ends = false) look_up(part_of(cell, group));
 }
 #elif defined(OF_SQUARES)
-// Over a square light is taken for linear between four points, and a little beyond them. A function of second
-// derivative f then errs by 0.04 f w^2 over a width w, a lobe of width alpha by 0.16 (w / alpha)^2 of its peak,
-// and what goes by the cosine to the viewer by 0.04 (w / cosine)^2: by 2e-4 at most with these.
-const float OF_LOBE = 0.035, OF_COSINE = 0.07;
-
 void main() {
-    const float EDGE = 4.0;   // cells
     vec2 middle = raster_place(EDGE * gl_FragCoord.xy);
     ivec2 texel = clamp(ivec2(middle), ivec2(0), textureSize(visibility, 0) - 1);
     float edge = EDGE * length(raster_from_cell.xy);
-    uint material = look_up(Part(middle, texel, edge, vec2(0.0), ivec2(0), 1u));
-    vec4 law = material_law[material];
-    float alpha = law.z > 0.5 ? 1.0 : law.y * law.y, turn = sqrt(6.0 * normal_roughness.w);
-    float across = edge * length(sample_steps[0].xyz), cosine = abs(dot(normal_roughness.xyz, normalize(sight_at(middle))));
-    bool is_smooth = turn + across < OF_LOBE * alpha && across < OF_COSINE * cosine && !is_layered(material);
-    face_normal.w = float(is_smooth);
+    look_up(Part(middle, texel, edge, vec2(0.0), ivec2(0), 1u));
 }
 #else
 void main() {

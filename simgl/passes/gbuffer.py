@@ -188,8 +188,11 @@ class GBufferPass:
         size = whole.shape[1], whole.shape[0]
         (target,) = self._squares.covering(size)
         self._bind_mesh(tile, drawn)
-        jointed = ("JOINTED",) * (drawn.mesh.motion is not None)
-        self._look_up_for((*jointed, "OF_SQUARES")).draw(self.colour_only, target, (0, 0, *size))
+        variant = ("JOINTED",) * (drawn.mesh.motion is not None)
+        lighting = drawn.vertex_lighting
+        if lighting is not None and lighting.grids is not None:
+            variant = (*variant, "LIGHT_GRIDS")
+        self._look_up_for((*variant, "OF_SQUARES")).draw(self.colour_only, target, (0, 0, *size))
         return whole & even(textures_of(target), size)
 
     def _groups_of_points(
@@ -221,12 +224,7 @@ class GBufferPass:
         if drawn.mesh.motion is not None:
             variant = (*variant, "JOINTED")
         if lighting is not None:
-            lighting.light.use(_LIGHT_UNIT)
             variant += lighting.defines
-            if lighting.grids is not None:
-                lighting.grids.of_triangle.use(_GRIDS["light_grids"])
-                lighting.grids.light.use(_GRIDS["grid_light"])
-                lighting.grids.rows.use(_GRIDS["grid_rows"])
         motion = drawn.view.motion
         if motion is not None:
             variant += motion.variant
@@ -255,6 +253,13 @@ class GBufferPass:
         self._meshes.bind_materials(drawn.view.model)
         if drawn.mesh.motion is not None:
             self._meshes.bind_joints(drawn.view.model, drawn.mesh)
+        lighting = drawn.vertex_lighting
+        if lighting is not None:
+            lighting.light.use(_LIGHT_UNIT)
+            if lighting.grids is not None:
+                lighting.grids.of_triangle.use(_GRIDS["light_grids"])
+                lighting.grids.light.use(_GRIDS["grid_light"])
+                lighting.grids.rows.use(_GRIDS["grid_rows"])
 
     def _marks_for(self, variant: tuple[str, ...]) -> PointScreen:
         """The shader that marks the points of models of a variant."""
@@ -296,7 +301,7 @@ class GBufferPass:
             if "EDGES" in variant:
                 samplers |= {"cell_groups": _CELLS_UNIT}
             if "LIGHT_GRIDS" in variant:
-                samplers |= _GRIDS
+                samplers |= _GRIDS if lit else {"light_grids": _GRIDS["light_grids"]}
             self._lookups[variant] = point_shader(
                 self._ctx,
                 "gbuffer/gbuffer",
