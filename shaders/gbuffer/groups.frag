@@ -1,4 +1,4 @@
-// The groups of each cell.
+// The groups of each cell. WHOLES: and whether all texels of its window see one triangle.
 #include "gbuffer/cells.glsl"
 
 uniform usampler2D visibility;
@@ -20,8 +20,10 @@ void main() {
             surface[CELL_TEXELS * j + i] = seen.g;
             total += uint(inside);
             left |= uint(inside && seen.g != 0u) << (STRIDE * j + i);
+#ifdef WHOLES
             lowest = min(lowest, seen.r);
             highest = max(highest, seen.r);
+#endif
         }
     bool bare = samples_of(left) < total;
     uint chosen_groups[LAYERS], count = 0u;
@@ -40,7 +42,8 @@ void main() {
         count += uint(group != 0u);
     } while (++layer < LAYERS && left != 0u);
     chosen_groups[0] |= total << TEXELS;
-    chosen_groups[1] |= count << TEXELS | (bare ? BARE : 0u) | (lowest == highest && count == 1u ? WHOLE : 0u);
+    chosen_groups[1] |= count << TEXELS | (bare ? BARE : 0u)
+                      | (lowest == highest && count == 1u ? WHOLE : 0u);
     for (int k = 0; k < LAYERS / 4; ++k)
         groups[k] = uvec4(chosen_groups[4 * k], chosen_groups[4 * k + 1], chosen_groups[4 * k + 2],
                           chosen_groups[4 * k + 3]);

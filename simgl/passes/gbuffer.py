@@ -88,7 +88,7 @@ class GBufferPass:
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
         self._ctx, self._meshes = ctx, meshes
-        self._grouping: dict[int, PointScreen] = {}
+        self._grouping: dict[tuple[int, tuple[str, ...]], PointScreen] = {}
         first = {"cell_groups": CELL_GROUPS["cell_groups"]}
         self._counting = screen(ctx, ScreenShader("gbuffer/pages", 0.0, [TILE], first))
         paged = CELL_GROUPS | PAGE_ENTRIES
@@ -129,7 +129,8 @@ class GBufferPass:
         self._tile.write(tile_values(tile, tile.slices[0]))
         self._tile.bind()
         visibility.use(_VISIBILITY_UNIT)
-        self._grouping_for(tile.cells.texels).draw(self.colour_only, groups, (0, 0, *cells))
+        wholes = ("WHOLES",) * (even is not None)
+        self._grouping_for(tile.cells.texels, wholes).draw(self.colour_only, groups, (0, 0, *cells))
         of_block = self._page_counts(textures_of(groups)[0], blocks)
         wide = None if even is None else self._wide(tile, of_block, spacecraft[0], even)
         entries, first = page_table(of_block & _COUNT, wide)
@@ -152,6 +153,7 @@ class GBufferPass:
             point_groups=point_groups,
             entries=entries,
             bare=of_block >= _BARE,
+            has_wide=wide is not None,
             of_one=len(spacecraft) == 1 and not by_rays,
             page_entries=page_entries,
             block_pages=self._block_pages.written(first),
@@ -276,12 +278,13 @@ class GBufferPass:
             )
         return self._marks[variant]
 
-    def _grouping_for(self, texels: int) -> PointScreen:
-        if texels not in self._grouping:
-            seen, texels_of_cell = {"visibility": _VISIBILITY_UNIT}, {"CELL_TEXELS": texels}
-            shader = ScreenShader("gbuffer/groups", 0.0, [TILE], seen, texels_of_cell)
-            self._grouping[texels] = screen(self._ctx, shader)
-        return self._grouping[texels]
+    def _grouping_for(self, texels: int, wholes: tuple[str, ...]) -> PointScreen:
+        if (texels, wholes) not in self._grouping:
+            seen = {"visibility": _VISIBILITY_UNIT}
+            defines = {"CELL_TEXELS": texels} | dict.fromkeys(wholes, 1)
+            shader = ScreenShader("gbuffer/groups", 0.0, [TILE], seen, defines)
+            self._grouping[texels, wholes] = screen(self._ctx, shader)
+        return self._grouping[texels, wholes]
 
     def _look_up_for(self, variant: tuple[str, ...]) -> PointScreen:
         """The shader for models of a variant; those without images do not pay for them."""
