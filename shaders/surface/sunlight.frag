@@ -101,6 +101,32 @@ Atlas atlas_of(bool close, vec2 lean) {
     return Atlas(map, atlas.w, from_body);
 }
 
+#ifdef PLANES
+// Whether no caster stands over the samples of a receiver's cell, or square.
+//
+// steps : of the place from one sample to the next; reach : of the samples from its middle [texels]
+bool is_free(SunMap map, Receiver r, mat2x3 steps, float reach) {
+    // A plane of the map tells of 8 texels, and those that smooth an edge lie up to two from the samples.
+    const float AROUND = 2.0;
+    bool is_free = true;
+#ifdef OF_SQUARES
+    int parts = clamp(int(ceil(reach / (8.0 - AROUND))), 1, 4);
+    mat2x3 cell_steps = steps * mat2(raster_from_cell.xy, raster_from_cell.zw);
+    vec3 middle = r.here;
+    reach /= float(parts);
+    int k = 0;
+    do {
+        vec2 part = (vec2(k % parts, k / parts) + 0.5) / float(parts) - 0.5;
+        r.here = middle + cell_steps * (CELLS * part);
+        is_free = is_free && free_of_casters(sun_planes, map, r, reach + AROUND);
+    } while (++k < parts * parts);
+#else
+    is_free = free_of_casters(sun_planes, map, r, reach + AROUND);
+#endif
+    return is_free;
+}
+#endif
+
 #if !defined(PLANES) && !defined(SEARCH) && !defined(OF_SQUARES)
 // Lit share of a group of samples to whose casters the Sun is a point.
 //
@@ -229,8 +255,7 @@ void main() {
 #else
     bool unknown = around.near;
 #ifdef PLANES
-    // Texels that smooth an edge lie up to two away from the samples.
-    unknown = unknown && !free_of_casters(sun_planes, atlas.map, of_group, sample_reach + 2.0);
+    unknown = unknown && !is_free(atlas.map, of_group, steps, sample_reach);
 #endif
 #ifdef OF_SQUARES
     // Near the surface's own horizon light is not smooth.
