@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from functools import partial
 
 import moderngl
 
@@ -27,7 +26,7 @@ from simgl.passes.background.planet import PlanetPass
 from simgl.passes.background.stars import StarPass
 from simgl.passes.background.sun import SunPass
 from simgl.passes.drawn_spacecraft import DrawnSpacecraft
-from simgl.passes.gbuffer import EvenLight, GBufferPass
+from simgl.passes.gbuffer import GBufferPass
 from simgl.passes.glossy import GlossyPass
 from simgl.passes.interreflection import InterreflectionPass
 from simgl.passes.lamp_shadow import LampShadowPass
@@ -313,7 +312,7 @@ class Renderer:
                     self._shadow.complete([drawn.view.shadow for drawn in spacecraft])
                 with self.timer.measure("geometry"):
                     edges = view.field is None and needs_edges(part, view.ramps)
-                    even = self._even_light(part, spacecraft) if not view.lamps else None
+                    even = None if view.lamps else self._sunlight.even_light(part, spacecraft)
                     points = self._geometry.group(
                         part, visibility, spacecraft, edges=edges, even=even
                     )
@@ -334,18 +333,6 @@ class Renderer:
                             part, points, drawn, *light, view.lamps, lamp_maps, by_light=by_light
                         )
                 yield part, points, radiance
-
-    def _even_light(
-        self, tile: RasterTile, spacecraft: Sequence[DrawnSpacecraft]
-    ) -> EvenLight | None:
-        """What tells where light is smooth on the only spacecraft of a tile; None where nothing does:
-        in the light of lamps, and on what has images, moves, or is lit by rays."""
-        (drawn, *others) = spacecraft
-        by_rays = drawn.lit_bodies or drawn.mirrored
-        detailed = "DETAILED" in drawn.view.model.variant
-        if others or by_rays or detailed or drawn.view.lit_variant or not drawn.view.sun_irradiance.any():
-            return None
-        return partial(self._sunlight.even, tile, drawn)
 
     def _spacecraft(self, tile: RasterTile, frame: FrameView) -> list[DrawnSpacecraft]:
         """All that the passes after this draw of the spacecraft of a tile."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import moderngl
 import numpy as np
@@ -22,9 +22,9 @@ from simgl.passes.shading_points import (
     COLUMNS,
     MARKED,
     OTHERS,
-    BLOCK,
     PAGE_ENTRIES,
     POINT_GROUPS,
+    EvenLight,
     PointScreen,
     ShadingPoints,
     blocks_of,
@@ -45,13 +45,11 @@ from simgl.passes.shared_blocks import (
 from simgl.passes.texture_store import IMAGE_UNITS
 from simgl.view.raster_tiles import RasterTile
 
-# Of the byte of a block, the bits that hold its pages, the one that tells whether its cells show one
-# triangle, and the one that tells whether it is bare.
-_COUNT, _WHOLE, _BARE = 31, 64, 128
-# Cells along the edge of a square of 2 x 2 blocks.
-_SQUARE = 2 * BLOCK
-# The least part of the squares of a tile that show one triangle for which it is worth to ask whether they
-# see smooth light.
+# Of the byte of a block, the bits that hold its pages, and those that tell whether its cells show
+# one triangle, and whether it is bare.
+_COUNT, _WHOLE, BARE = 31, 64, 128
+# Of the squares of a tile, the least part that shows one triangle for which it is worth asking
+# whether light is smooth over them.
 _WORTH_ASKING = 0.02
 # A point that is not there.
 EMPTY = -1.0
@@ -65,11 +63,6 @@ _GRIDS = {"light_grids": 4, "grid_light": 5, "grid_rows": 6}
 # Besides the groups of points, which have the unit of the cells' in other passes.
 _CELLS_UNIT = 17
 _POINTS = {"visibility": _VISIBILITY_UNIT} | POINT_GROUPS | PAGE_ENTRIES
-
-
-# Of textures as of points, but of squares of cells, and columns and rows of these: (rows, columns), of
-# which all of the sunlight is known to pass, or none.
-EvenLight = Callable[[Sequence[moderngl.Texture], tuple[int, int]], Mask]
 
 
 class GBufferPass:
@@ -122,7 +115,7 @@ class GBufferPass:
         visibility : of the visibility pass
         spacecraft : of the tile
         edges : whether the points also tell along which line their groups end
-        even : tells which squares see smooth light, of the only spacecraft
+        even : tells over which squares light is smooth; only for a tile of one spacecraft
         """
         cells, blocks = tile.cells.size, blocks_of(tile.cells.size)
         (groups,) = self._groups.covering(cells)
@@ -152,7 +145,7 @@ class GBufferPass:
             groups=textures_of(groups),
             point_groups=point_groups,
             entries=entries,
-            bare=of_block >= _BARE,
+            bare=of_block >= BARE,
             has_wide=wide is not None,
             of_one=len(spacecraft) == 1 and not by_rays,
             page_entries=page_entries,

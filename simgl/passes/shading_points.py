@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import moderngl
@@ -183,6 +183,11 @@ class ShadingPoints:
         """Bind what every shader of points reads."""
         self.point_groups.use(POINT_GROUPS["point_groups"])
         self.page_entries.use(PAGE_ENTRIES["page_entries"])
+
+
+# From what is looked up of squares of 4 x 4 cells, in the order of ``GBUFFER``, and their columns
+# and rows: (rows, columns), over which of them light is smooth.
+EvenLight = Callable[[Sequence[moderngl.Texture], tuple[int, int]], Mask]
 
 
 def blocks_of(cells: tuple[int, int]) -> tuple[int, int]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 import moderngl
 import numpy as np
@@ -23,6 +24,7 @@ from simgl.passes.shading_points import (
     OTHERS,
     PAGE_ENTRIES,
     POINT_GROUPS,
+    EvenLight,
     PointScreen,
     ShadingPoints,
     draw_marked,
@@ -100,7 +102,7 @@ class SunlightPass:
         self._sunlight = GrowingTarget(ctx, [[0]])
         self._results = GrowingTarget(ctx, [[0]])
         self._masks = GrowingTarget(ctx, [[0]], Format("u1"))
-        self._even = GrowingTarget(ctx, [[0]], Format("u1"))
+        self._even_squares = GrowingTarget(ctx, [[0]], Format("u1"))
         self._points = GrowingTarget(ctx, [[0]], Format("u4"))
         self._pages = GrowingTarget(ctx, [[0]], Format("u4", 2))
 
@@ -123,23 +125,32 @@ class SunlightPass:
             )
         return self._screens[defines]
 
-    def even(
+    def even_light(
+        self, tile: RasterTile, spacecraft: Sequence[DrawnSpacecraft]
+    ) -> EvenLight | None:
+        """Tells where light is smooth on the only spacecraft of a tile that no lamp lights: where
+        all sunlight is known to arrive, or none. None for several, without sunlight, and for one
+        that has images, moves, or is lit by rays.
+        """
+        drawn, view = spacecraft[0], spacecraft[0].view
+        by_rays = drawn.lit_bodies or drawn.mirrored
+        uneven = "DETAILED" in view.model.variant or view.lit_variant or by_rays
+        if len(spacecraft) > 1 or uneven or not view.sun_irradiance.any():
+            return None
+        return partial(self._even, tile, drawn)
+
+    def _even(
         self,
         tile: RasterTile,
         drawn: DrawnSpacecraft,
         squares: Sequence[moderngl.Texture],
         size: tuple[int, int],
     ) -> Mask:
-        """(rows, columns) of squares of cells: whether all of each is known to be lit, or dark, and
-        light is smooth over it.
-
-        squares : in the order of ``GBUFFER``; size : columns and rows
-        """
-        area = (0, 0, *size)
-        (target,) = self._even.covering(size)
+        (target,) = self._even_squares.covering(size)
         self._bind(tile, squares, drawn)
         way = ("PLANES", "OF_SQUARES") if drawn.view.shadow.close is not None else ("OF_SQUARES",)
-        self._screen_for(way, _variant(drawn.view)).draw(self.colour_only, target, area)
+        screen = self._screen_for(way, _variant(drawn.view))
+        screen.draw(self.colour_only, target, (0, 0, *size))
         return self._bytes(target, size) != 0
 
     def draw(
@@ -230,8 +241,8 @@ class SunlightPass:
 
     def release(self) -> None:
         """Free everything."""
-        targets = self._sunlight, self._results, self._masks, self._even, self._points, self._pages
-        for target in targets:
+        targets = self._sunlight, self._results, self._masks, self._points, self._pages
+        for target in (*targets, self._even_squares):
             target.release()
         for buffer in (self._tile, self._spacecraft, self._shadow):
             buffer.release()
