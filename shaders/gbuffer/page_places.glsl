@@ -8,7 +8,7 @@ const int BLOCK = 2;     // cells along an edge
 const int SQUARES = 256; // along a row of the textures
 
 // With the entry and the number of a page: it is wide. Its four points then stand for a square of 2 x 2 blocks,
-// all of which show one triangle in smooth light (simgl/passes/wide_squares.py).
+// all of which show one triangle in smooth light (`even_light` in simgl/passes/sunlight.py).
 const uint WIDE = 1u << 30u;
 
 // The texel of a page's first point.
