@@ -1,10 +1,10 @@
-// The groups of each cell. WHOLES: and whether all texels of its window see one triangle.
+// The groups of each cell. TELL_TRIANGLES: and whether all texels of its window see one triangle.
 #include "gbuffer/cells.glsl"
 
 uniform usampler2D visibility;
 
 // One for each layer. The upper bits of the first hold the number of samples in the cell, those of the
-// second the number of groups, and above that BARE and WHOLE.
+// second the number of groups, and above that BARE and ONE_TRIANGLE.
 layout(location = 0) out uvec4 groups[LAYERS / 4];
 
 void main() {
@@ -20,7 +20,7 @@ void main() {
             surface[CELL_TEXELS * j + i] = seen.g;
             total += uint(inside);
             left |= uint(inside && seen.g != 0u) << (STRIDE * j + i);
-#ifdef WHOLES
+#ifdef TELL_TRIANGLES
             lowest = min(lowest, seen.r);
             highest = max(highest, seen.r);
 #endif
@@ -43,7 +43,7 @@ void main() {
     } while (++layer < LAYERS && left != 0u);
     chosen_groups[0] |= total << TEXELS;
     chosen_groups[1] |= count << TEXELS | (bare ? BARE : 0u)
-                      | (lowest == highest && count == 1u ? WHOLE : 0u);
+                      | (lowest == highest && count == 1u ? ONE_TRIANGLE : 0u);
     for (int k = 0; k < LAYERS / 4; ++k)
         groups[k] = uvec4(chosen_groups[4 * k], chosen_groups[4 * k + 1], chosen_groups[4 * k + 2],
                           chosen_groups[4 * k + 3]);

@@ -8,13 +8,13 @@ out uint pages;
 void main() {
     ivec2 first = BLOCK * ivec2(gl_FragCoord.xy), last = min(first + BLOCK, cells);
     pages = 0u;
-    uint all = WHOLE, any = 0u;
+    uint in_all = ONE_TRIANGLE, in_any = 0u;
     for (int y = first.y; y < last.y; ++y)
         for (int x = first.x; x < last.x; ++x) {
             uvec4 groups = read_texel(cell_groups, ivec2(x, y));
             pages = max(pages, uint(count_of(groups)));
-            any |= groups.y;
-            all &= groups.y;
+            in_any |= groups.y;
+            in_all &= groups.y;
         }
-    pages |= ((any & BARE) != 0u ? 128u : 0u) | (all != 0u ? 64u : 0u);
+    pages |= ((in_any & BARE) != 0u ? 128u : 0u) | (in_all != 0u ? 64u : 0u);
 }

@@ -47,7 +47,7 @@ from simgl.view.raster_tiles import RasterTile
 
 # Of the byte of a block, the bits that hold its pages, and those that tell whether its cells show
 # one triangle, and whether it is bare.
-_COUNT, _WHOLE, BARE = 31, 64, 128
+_COUNT, _ONE_TRIANGLE, BARE = 31, 64, 128
 # Of the squares of a tile, the least part that shows one triangle for which it is worth asking
 # whether light is smooth over them.
 _WORTH_ASKING = 0.02
@@ -122,8 +122,10 @@ class GBufferPass:
         self._tile.write(tile_values(tile, tile.slices[0]))
         self._tile.bind()
         visibility.use(_VISIBILITY_UNIT)
-        wholes = ("WHOLES",) * (even is not None)
-        self._grouping_for(tile.cells.texels, wholes).draw(self.colour_only, groups, (0, 0, *cells))
+        telling = ("TELL_TRIANGLES",) * (even is not None)
+        self._grouping_for(tile.cells.texels, telling).draw(
+            self.colour_only, groups, (0, 0, *cells)
+        )
         of_block = self._page_counts(textures_of(groups)[0], blocks)
         wide = None if even is None else self._wide(tile, of_block, spacecraft[0], even)
         entries, first = page_table(of_block & _COUNT, wide)
@@ -177,10 +179,12 @@ class GBufferPass:
         self, tile: RasterTile, of_block: AnyArray, drawn: DrawnSpacecraft, even: EvenLight
     ) -> Mask | None:
         """(rows, columns) of the squares of 2 x 2 blocks: those that have one page together."""
-        whole = np.logical_and.reduce([part & _WHOLE != 0 for part in blocks_of_squares(of_block)])
-        if np.count_nonzero(whole) < _WORTH_ASKING * whole.size or not whole.size:
+        candidates = np.logical_and.reduce(
+            [part & _ONE_TRIANGLE != 0 for part in blocks_of_squares(of_block)]
+        )
+        if np.count_nonzero(candidates) < _WORTH_ASKING * candidates.size or not candidates.size:
             return None
-        size = whole.shape[1], whole.shape[0]
+        size = candidates.shape[1], candidates.shape[0]
         (target,) = self._squares.covering(size)
         self._bind_mesh(tile, drawn)
         variant = ("JOINTED",) * (drawn.mesh.motion is not None)
@@ -188,7 +192,7 @@ class GBufferPass:
         if lighting is not None and lighting.grids is not None:
             variant = (*variant, "LIGHT_GRIDS")
         self._look_up_for((*variant, "OF_SQUARES")).draw(self.colour_only, target, (0, 0, *size))
-        return whole & even(textures_of(target), size)
+        return candidates & even(textures_of(target), size)
 
     def _groups_of_points(
         self, groups: Sequence[moderngl.Texture], page_entries: moderngl.Texture, rows: int
@@ -271,13 +275,13 @@ class GBufferPass:
             )
         return self._marks[variant]
 
-    def _grouping_for(self, texels: int, wholes: tuple[str, ...]) -> PointScreen:
-        if (texels, wholes) not in self._grouping:
+    def _grouping_for(self, texels: int, telling: tuple[str, ...]) -> PointScreen:
+        if (texels, telling) not in self._grouping:
             seen = {"visibility": _VISIBILITY_UNIT}
-            defines = {"CELL_TEXELS": texels} | dict.fromkeys(wholes, 1)
+            defines = {"CELL_TEXELS": texels} | dict.fromkeys(telling, 1)
             shader = ScreenShader("gbuffer/groups", 0.0, [TILE], seen, defines)
-            self._grouping[texels, wholes] = screen(self._ctx, shader)
-        return self._grouping[texels, wholes]
+            self._grouping[texels, telling] = screen(self._ctx, shader)
+        return self._grouping[texels, telling]
 
     def _look_up_for(self, variant: tuple[str, ...]) -> PointScreen:
         """The shader for models of a variant; those without images do not pay for them."""
