@@ -312,7 +312,10 @@ class Renderer:
                     self._shadow.complete([drawn.view.shadow for drawn in spacecraft])
                 with self.timer.measure("geometry"):
                     edges = view.field is None and needs_edges(part, view.ramps)
-                    points = self._geometry.group(part, visibility, spacecraft, edges=edges)
+                    even = None if view.lamps else self._sunlight.even_light(part, spacecraft)
+                    points = self._geometry.group(
+                        part, visibility, spacecraft, edges=edges, even=even
+                    )
                 # Other threads had until here for the light that goes into the look-up.
                 with self.timer.measure("interreflection"):
                     self._interreflection.complete()

@@ -8,6 +8,7 @@
 const int STRIDE = 5;   // texels along the edge of the largest window
 const int TEXELS = STRIDE * STRIDE;   // the bits above tell of the cell
 const uint BARE = 1u << 30u;   // with the second group: a sample of the cell sees nothing
+const uint ONE_TRIANGLE = 1u << 31u;  // with it, too: all texels of the window see one triangle
 
 // From the texel alone, so that neighbouring cells agree on whose sample it is.
 ivec2 cell_of(ivec2 texel) {
@@ -15,11 +16,14 @@ ivec2 cell_of(ivec2 texel) {
     return ivec2(floor(to_cell * (vec2(texel) + 0.5 - raster_origin)));
 }
 
+// Where a place among the cells lies in the raster.
+vec2 raster_place(vec2 cell) {
+    return mat2(raster_from_cell.xy, raster_from_cell.zw) * cell + raster_origin;
+}
+
 // The texel at the corner of a cell's window.
 ivec2 first_texel(ivec2 cell) {
-    mat2 to_raster = mat2(raster_from_cell.xy, raster_from_cell.zw);
-    vec2 middle = to_raster * (vec2(cell) + 0.5) + raster_origin;
-    return ivec2(ceil(middle - cell_reach - 0.5));
+    return ivec2(ceil(raster_place(vec2(cell) + 0.5) - cell_reach - 0.5));
 }
 
 // The line of sight through a place of the raster, at depth 1.
@@ -65,7 +69,7 @@ uniform usampler2D cell_groups, second_groups, third_groups, fourth_groups;
 
 // How many groups a cell has, by its first four.
 int count_of(uvec4 groups) {
-    return int((groups.y & ~BARE) >> TEXELS);
+    return int((groups.y & ~(BARE | ONE_TRIANGLE)) >> TEXELS);
 }
 
 // The groups of four layers of a cell, from a multiple of four on.

@@ -2,7 +2,8 @@
 // normals, material and light of vertices where the line of sight through the samples' middle meets it.
 //
 // Of the points that gbuffer/marks.frag has marked; with MARK_AT, where all points see one spacecraft, it
-// marks them itself. EDGES: instead, the line along which the group ends in its cell.
+// marks them itself. EDGES: instead, the line along which the group ends in its cell. OF_SQUARES: instead of
+// points, squares of 4 x 4 cells that show one triangle, and whether light is smooth over them.
 #define GROUPED
 #include "block/spacecraft"
 #include "gbuffer/cells.glsl"
@@ -16,13 +17,13 @@
 #ifdef JOINTS_MOVE
 #include "common/joint_rates.glsl"
 #endif
-#if defined(DETAILED) || defined(LAYERED)
+#if defined(DETAILED) || defined(LAYERED) || defined(OF_SQUARES)
 #include "block/materials"
 #endif
 #ifdef DETAILED
 #include "gbuffer/detail.glsl"
 #endif
-#ifdef LAYERED
+#if defined(LAYERED) || defined(OF_SQUARES)
 #include "surface/layers.glsl"
 #endif
 
@@ -35,17 +36,17 @@ const uint VERTEX_TEXELS = 4u;
 #else
 const uint VERTEX_TEXELS = 2u;
 #endif
-#ifdef INTERREFLECTION
-// For each side irradiance from other surfaces [W m-2], and what they leave of the Earth's.
-uniform sampler2D vertex_light;
 #ifdef TWO_SIDED
 const uint SIDES = 2u;
 #else
 const uint SIDES = 1u;
 #endif
+#ifdef INTERREFLECTION
+// For each side irradiance from other surfaces [W m-2], and what they leave of the Earth's.
+uniform sampler2D vertex_light;
+#endif
 #ifdef LIGHT_GRIDS
 #include "gbuffer/light_grids.glsl"
-#endif
 #endif
 
 #ifdef EDGES
@@ -67,39 +68,10 @@ layout(location = 6) out vec4 textured_normal;     // with the images' relief; a
 #endif
 #endif
 
-// A triangle in camera axes.
-struct Facet {
-    vec3 corner;      // [m]
-    vec3 along, up;   // edges from there [m]
-    vec3 across;      // their cross product
-};
-
-// Where a line of sight, at depth 1, meets the plane: parts of the edges from the corner.
-vec2 parts_at(Facet f, vec3 sight) {
-    float down = dot(sight, f.across);
-    down = abs(down) > 1e-30 ? down : 1e-30;
-    // The product of corner and line of sight, from the small step between them: that keeps its digits.
-    vec3 product = cross(sight, sight * f.corner.z - f.corner);
-    return vec2(dot(f.up, product), -dot(f.along, product)) / down;
-}
-
-// Weights of the corners there; past the edges not much farther.
-vec3 weights_at(Facet f, vec3 sight) {
-    vec2 w = clamp(parts_at(f, sight), -0.5, 1.5);
-    return vec3(1.0 - w.x - w.y, w);
-}
-
+#include "gbuffer/facet.glsl"
 #ifdef EDGES
 #include "gbuffer/edge.glsl"
 #endif
-
-// From the place that one line of sight meets to that of another close by, as parts of the edges. A
-// sliver is left by many of its widths; a plane seen edge-on is not followed out of the cell.
-vec2 parts_between(Facet f, vec3 from, vec3 to) {
-    vec2 parts = parts_at(f, to) - parts_at(f, from);
-    float reach = 64.0 * length(to - from) * abs(f.corner.z);
-    return parts * min(1.0, reach / max(length(mat2x3(f.along, f.up) * parts), 1e-30));
-}
 
 // Roughness of the normals within a shading point's part of the cell, alpha^2 of a microfacet lobe.
 // A uniform square spreads the normal by (|dn/du|^2 + |dn/dv|^2) / 12 per slope, and alpha^2 is twice
@@ -143,10 +115,8 @@ float detail(uint group, vec2 first, Facet facet, mat3 normals, uvec3 corner, ui
 }
 #endif
 
-// Returns the material.
-uint look_up(ivec2 cell, uint group) {
-    vec2 first = vec2(first_texel(cell)), middle = point_of(group);
-    // The triangle of the sample that is nearest to the middle.
+// The sample of a group that is nearest to its middle.
+ivec2 nearest_of(uint group, vec2 middle) {
     ivec2 nearest = ivec2(0);
     float nearest2 = 1e9;
     uint left = group;
@@ -157,11 +127,68 @@ uint look_up(ivec2 cell, uint group) {
         if (distance2 < nearest2) nearest = texel;
         nearest2 = min(nearest2, distance2);
     } while (left != 0u);
-    uvec2 seen = read_texel(visibility, ivec2(first) + nearest).rg;
+    return nearest;
+}
+
+// A part of the raster that has one shading point.
+struct Part {
+    vec2 middle;     // place of its line of sight
+    ivec2 texel;     // nearest to it: the triangle that is seen there is that of all
+    float edge;      // as a square
+    vec2 first;      // corner of its cell's window
+    ivec2 cell;
+    uint group;
+};
+
+// The part of a group.
+Part part_of(ivec2 cell, uint group) {
+    vec2 first = vec2(first_texel(cell)), middle = point_of(group);
+    ivec2 texel = ivec2(first) + nearest_of(group, middle);
+    return Part(first + middle, texel, sqrt(float(samples_of(group))), first, cell, group);
+}
+
+#ifdef OF_SQUARES
+const float EDGE = 4.0;   // of a square [cells]
+
+// Over a square light is taken for linear between four points, and a little beyond them. A function of second
+// derivative f then errs by 0.04 f w^2 over a width w: a lobe of width alpha by 0.16 (w / alpha)^2 of its peak,
+// and what goes by the cosine to the viewer by 0.04 (w / cosine)^2. With these by 2e-4 at most.
+const float OF_LOBE = 0.035, OF_COSINE = 0.07;
+
+// Whether light that comes from all over the sky, or from the Sun, is smooth over a square.
+//
+// turn : of the normals over the square
+bool is_smooth(vec3 n, vec3 sight, float turn, uint material) {
+    vec4 law = material_law[material];
+    float alpha = law.z > 0.5 ? 1.0 : law.y * law.y;
+    float width = EDGE * length(raster_from_cell.xy) * length(sample_steps[0].xyz);
+    return turn + width < OF_LOBE * alpha && width < OF_COSINE * abs(dot(n, normalize(sight)))
+        && !is_layered(material);
+}
+
+// Whether the light of other surfaces is linear over a square of a triangle.
+bool is_linear(Facet facet, uint triangle, vec2 middle) {
+    bool linear = true;
+#ifdef LIGHT_GRIDS
+    GridPlace at = grid_place(weights_at(facet, sight_at(middle)));
+    for (int k = 0; k < 4; ++k) {
+        vec2 corner = EDGE * (vec2(k & 1, k >> 1) - 0.5);
+        vec2 place = middle + mat2(raster_from_cell.xy, raster_from_cell.zw) * corner;
+        linear = linear && is_linear(at, grid_place(max(weights_at(facet, sight_at(place)), 0.0)));
+    }
+    linear = linear || read_texel(light_grids, table_place(triangle)).r == 0u;
+#endif
+    return linear;
+}
+#endif
+
+// Returns the material.
+uint look_up(Part part) {
+    uvec2 seen = read_texel(visibility, part.texel).rg;
     uvec3 corner = corners_of(max(seen.x, 1u) - 1u);
     bool back = (seen.y & 1u) == 1u;
 
-    vec3 sight = sight_at(first + middle), seen_sight = sight_at(first + vec2(nearest) + 0.5);
+    vec3 sight = sight_at(part.middle), seen_sight = sight_at(vec2(part.texel) + 0.5);
     mat4 pose = camera_from_body;
 #ifdef MOVING
     float time = time_of(sight);
@@ -195,23 +222,26 @@ uint look_up(ivec2 cell, uint group) {
     position = vec4(places[0] + parts.x * (places[1] - places[0]) + parts.y * (places[2] - places[0]),
                     float(16384u * instance + label));
     vec3 n = normalize(normals * weight);
-    // The group's part of the cell, as a square.
-    float edge = sqrt(float(samples_of(group)));
-    vec3 du = edge * sample_steps[0].xyz, dv = edge * sample_steps[1].xyz;
+    vec3 du = part.edge * sample_steps[0].xyz, dv = part.edge * sample_steps[1].xyz;
     vec3 n_u = normalize(normals * weights_at(facet, sight + du)) - n;
     vec3 n_v = normalize(normals * weights_at(facet, sight + dv)) - n;
     float spread = cell_roughness(n_u, n_v);
 #ifdef DETAILED
-    spread = max(spread, detail(group, first, facet, normals, corner, label & 63u, back));
+    spread = max(spread, detail(part.group, part.first, facet, normals, corner, label & 63u, back));
 #endif
     normal_roughness = vec4(n, spread);
 #ifdef EDGES
-    group_edge = edge_of(cell, group, facet);
+    group_edge = edge_of(part.cell, part.group, facet);
     return 0u;
 #endif
     float area = length(facet.across);
     face_normal = vec4(area > 0.0 ? facet.across / area : n, 1.0);
     indirect = vec4(0.0);
+#ifdef OF_SQUARES
+    float turn = sqrt(6.0 * spread);
+    face_normal.w = float(is_smooth(n, sight, turn, label & 63u)
+                          && is_linear(facet, max(seen.x, 1u) - 1u, part.middle));
+#endif
 #ifdef INTERREFLECTION
     // Not past the edges, where light may change within a triangle's width.
     vec3 inside = max(weight, 0.0);
@@ -236,12 +266,24 @@ void main() {
     group_edge = vec4(0.0);
     // Most groups fill their cell. A loop, which llvmpipe leaves where an if would be worked out.
     bool ends = group != 0u && samples_of(group) < read_texel(cell_groups, cell).x >> TEXELS;
-    for (; ends; ends = false) look_up(cell, group);
+    for (; ends; ends = false) look_up(part_of(cell, group));
+}
+#elif defined(OF_SQUARES)
+void main() {
+    vec2 middle = raster_place(EDGE * gl_FragCoord.xy);
+    ivec2 texel = clamp(ivec2(middle), ivec2(0), textureSize(visibility, 0) - 1);
+    float edge = EDGE * length(raster_from_cell.xy);
+    look_up(Part(middle, texel, edge, vec2(0.0), ivec2(0), 1u));
 }
 #else
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
-    uint group = group_of(at), material = look_up(cell_of_point(at), max(group, 1u));
+    bool wide;
+    ivec2 cell = cell_of_point(at, wide);
+    uint group = group_of(at);
+    Part part = part_of(cell, max(group, 1u));
+    if (wide) part.middle = raster_place(vec2(cell + 1));
+    uint material = look_up(part);
 #ifdef MARK_AT
     const float MARK = 0.5 + 0.5 * MARK_AT;
     bool other_side = false;

@@ -7,6 +7,10 @@ const int LAYERS = 16;   // groups that a cell may have: no cell has more sample
 const int BLOCK = 2;     // cells along an edge
 const int SQUARES = 256; // along a row of the textures
 
+// With the entry and the number of a page: it is wide. Its four points then stand for a square of 2 x 2 blocks,
+// all of which show one triangle in smooth light (`even_light` in simgl/passes/sunlight.py).
+const uint WIDE = 1u << 30u;
+
 // The texel of a page's first point.
 ivec2 texel_of_page(int page) {
     int square = page >> 2;

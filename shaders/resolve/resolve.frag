@@ -9,6 +9,7 @@
 // SOFT: between a pixel and its neighbours samples belong to both, by a ramp: a pixel is a square
 // convolved with a square of the ramp's width, which each band has of its own.
 // BY_SAMPLES: then each sample near an edge has its own share in a pixel, else a cell has.
+// WIDE_PAGES: some pages are wide.
 // EDGES: then a pixel is divided along the line that a surface ends at, and samples tell what is on
 // either side.
 #include "block/resolve"
@@ -70,14 +71,36 @@ void add(inout Sum sum, Sum more) {
     sum.count += more.count;
 }
 
-// The shading point of a group, by the first page of its cell's block.
+#ifdef WIDE_PAGES
+bool is_wide(uint first_page) {
+    return (first_page & WIDE) != 0u;
+}
+#else
+bool is_wide(uint first_page) {
+    return false;
+}
+#endif
+
+// The shading point of a group, by the first page of its cell's block; on a wide page the first point.
 ivec2 texel_of_point(uint first_page, ivec2 cell, int layer) {
-    return texel_of_page(int(first_page) + layer) + (cell & 1);
+    bool wide = is_wide(first_page);
+    return texel_of_page(int(wide ? first_page ^ WIDE : first_page) + layer) + (wide ? ivec2(0) : cell & 1);
 }
 
-// Its radiance.
+// The radiance there. Over a wide page it is linear between the four points, and a little beyond them.
+vec4 point(uint first_page, ivec2 cell, ivec2 at) {
+    vec4 light = read_texel(points, at);
+    if (is_wide(first_page)) {
+        vec2 place = 0.5 * vec2(cell & (2 * BLOCK - 1)) - 0.25;
+        vec4 right = read_texel(points, at + ivec2(1, 0));
+        vec4 below = mix(read_texel(points, at + ivec2(0, 1)), read_texel(points, at + 1), place.x);
+        light = mix(mix(light, right, place.x), below, place.y);
+    }
+    return light;
+}
+
 vec4 point(uint first_page, ivec2 cell, int layer) {
-    return read_texel(points, texel_of_point(first_page, cell, layer));
+    return point(first_page, cell, texel_of_point(first_page, cell, layer));
 }
 
 // All samples of a cell.
@@ -88,8 +111,9 @@ Sum cell_sum(ivec2 cell) {
     int layer = 0, count = count_of(groups);
     do {
         ivec2 at = texel_of_point(first_page, cell, layer);
-        float samples = layer < count ? float(samples_of(read_texel(point_groups, at).r)) : 0.0;
-        vec4 light = read_texel(points, at);
+        uint group = is_wide(first_page) ? groups.x : read_texel(point_groups, at).r;
+        float samples = layer < count ? float(samples_of(group)) : 0.0;
+        vec4 light = point(first_page, cell, at);
         sum.light += samples > 0.0 ? samples * light : vec4(0.0);
         sum.covered += samples;
     } while (++layer < count);

@@ -5,6 +5,8 @@
 // With PLANES, planes over the casters tell where no caster stands: of most points near casters, where
 // the texels of the map are small. The others follow, one beside the other, with NEIGHBOURS.
 //
+// With OF_SQUARES, of squares of 4 x 4 cells instead of points: whether all of each is known to be lit or dark.
+//
 // With IN_PLACE what follows is not listed, but drawn where it lies over what was drawn first.
 #include "block/spacecraft"
 #include "block/shadow"
@@ -28,12 +30,13 @@
 // The whole map, and right of it the close one where there is one.
 #if defined(PLANES)
 uniform sampler2D sun_planes;
+#elif defined(OF_SQUARES)
 #elif defined(SLABS)
 uniform sampler2D sun_slabs;
 #else
 uniform sampler2D sun_depths;
 #endif
-#if defined(SHEETS) && !defined(PLANES)
+#if defined(SHEETS) && !defined(PLANES) && !defined(OF_SQUARES)
 uniform sampler2D sun_slopes;
 #endif
 #ifdef SECOND
@@ -55,7 +58,13 @@ uniform sampler2D gbuffer_position;
 uniform sampler2D gbuffer_normal_roughness;
 uniform sampler2D gbuffer_face_normal;
 
+#ifdef OF_SQUARES
+out uint even;
+const float CELLS = 4.0;   // along an edge
+#else
 out vec4 lit_fraction;
+const float CELLS = 1.0;
+#endif
 
 // Cosine of incidence below which receiver_at moves a receiver all out of a surface's texels.
 const float GRAZED = 1.0 / 60.0;
@@ -92,7 +101,33 @@ Atlas atlas_of(bool close, vec2 lean) {
     return Atlas(map, atlas.w, from_body);
 }
 
-#if !defined(PLANES) && !defined(SEARCH)
+#ifdef PLANES
+// Whether no caster stands over the samples of a receiver's cell, or square.
+//
+// steps : of the place from one sample to the next; reach : of the samples from its middle [texels]
+bool is_free(SunMap map, Receiver r, mat2x3 steps, float reach) {
+    // A plane of the map tells of 8 texels, and those that smooth an edge lie up to two from the samples.
+    const float AROUND = 2.0;
+    bool is_free = true;
+#ifdef OF_SQUARES
+    int parts = clamp(int(ceil(reach / (8.0 - AROUND))), 1, 4);
+    mat2x3 cell_steps = steps * mat2(raster_from_cell.xy, raster_from_cell.zw);
+    vec3 middle = r.here;
+    reach /= float(parts);
+    int k = 0;
+    do {
+        vec2 part = (vec2(k % parts, k / parts) + 0.5) / float(parts) - 0.5;
+        r.here = middle + cell_steps * (CELLS * part);
+        is_free = is_free && free_of_casters(sun_planes, map, r, reach + AROUND);
+    } while (++k < parts * parts);
+#else
+    is_free = free_of_casters(sun_planes, map, r, reach + AROUND);
+#endif
+    return is_free;
+}
+#endif
+
+#if !defined(PLANES) && !defined(SEARCH) && !defined(OF_SQUARES)
 // Lit share of a group of samples to whose casters the Sun is a point.
 //
 // highest : that a caster may stand over them [m]
@@ -134,8 +169,9 @@ void main() {
     vec2 lean = shadow_lean;
     vec4 position = read_texel(gbuffer_position, at);
     vec3 body = position.xyz;
-    vec3 n = read_texel(gbuffer_normal_roughness, at).xyz;
-    vec3 facet = read_texel(gbuffer_face_normal, at).xyz;
+    vec4 normal_roughness = read_texel(gbuffer_normal_roughness, at);
+    vec4 face_normal = read_texel(gbuffer_face_normal, at);
+    vec3 n = normal_roughness.xyz, facet = face_normal.xyz;
     vec3 place = (camera_from_body * vec4(body, 1.0)).xyz;
     mat3 body_from_camera = transpose(mat3(camera_from_body));
 #ifdef MOVING
@@ -184,11 +220,11 @@ void main() {
     vec3 to_viewer = mat3(light_from_camera) * normalize(-place);
     // All samples of a group see one plane.
     Receiver of_group = receiver_at(atlas.map, here, plane, plain_n, to_viewer);
-#ifndef PLANES
+#if !defined(PLANES) && !defined(OF_SQUARES)
     uint group = group_of(at);
 #endif
     // So far the cell's samples lie from its middle [texels of the map].
-    vec2 spread = cell_reach * (abs(steps[0].xy) + abs(steps[1].xy));
+    vec2 spread = CELLS * cell_reach * (abs(steps[0].xy) + abs(steps[1].xy));
     float sample_reach = max(spread.x, spread.y);
 #ifdef SECOND
     float highest = read_texel(sunlight, at).y;
@@ -217,17 +253,26 @@ void main() {
 #elif defined(NEIGHBOURS)
     lit_fraction = vec4(lit_near(atlas.map, of_group, steps, group, highest));
 #else
+    bool unknown = around.near;
+#ifdef PLANES
+    unknown = unknown && !is_free(atlas.map, of_group, steps, sample_reach);
+#endif
+#ifdef OF_SQUARES
+    // Near the surface's own horizon light is not smooth.
+    bool level = abs(dot(n, wi)) < sun_angular_radius + sqrt(6.0 * normal_roughness.w);
+    bool known = away || !unknown && !around.search;
+    even = uint(face_normal.w > 0.5 && known && !level);
+#else
     lit_fraction = vec4(around.dark || away ? 0.0 : 1.0);
 #ifdef PLANES
-    // Texels that smooth an edge lie up to two away from the samples.
-    bool unknown = around.near && !free_of_casters(sun_planes, atlas.map, of_group, sample_reach + 2.0);
     if (unknown && !away) lit_fraction.xy = vec2(NEIGHBOURS_TELL, around.high);
 #else
     // llvmpipe works the others out with these, sample by sample.
-    bool near = around.near && !away && uint(position.w) / 16384u == instance;
+    bool near = unknown && !away && uint(position.w) / 16384u == instance;
     float lit = lit_near(atlas.map, of_group, steps, near ? group : lowest_of(group), around.high);
     if (near) lit_fraction = vec4(lit);
 #endif
     if (around.search && !away) lit_fraction.xy = vec2(SEARCH_TELLS, around.high);
+#endif
 #endif
 }

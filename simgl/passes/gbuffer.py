@@ -24,9 +24,11 @@ from simgl.passes.shading_points import (
     OTHERS,
     PAGE_ENTRIES,
     POINT_GROUPS,
+    EvenLight,
     PointScreen,
     ShadingPoints,
     blocks_of,
+    blocks_of_squares,
     draw_marked,
     page_table,
     point_shader,
@@ -43,8 +45,12 @@ from simgl.passes.shared_blocks import (
 from simgl.passes.texture_store import IMAGE_UNITS
 from simgl.view.raster_tiles import RasterTile
 
-# Of the byte of a block, the bits that hold its pages; the bit above tells whether it is bare.
-_COUNT = 127
+# Of the byte of a block, the bits that hold its pages, and those that tell whether its cells show
+# one triangle, and whether it is bare.
+_COUNT, _ONE_TRIANGLE, BARE = 31, 64, 128
+# Of the squares of a tile, the least part that shows one triangle for which it is worth asking
+# whether light is smooth over them.
+_WORTH_ASKING = 0.02
 # A point that is not there.
 EMPTY = -1.0
 # The targets of shaders/gbuffer/gbuffer.frag; those with images and vertex colours have more.
@@ -75,7 +81,7 @@ class GBufferPass:
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
         self._ctx, self._meshes = ctx, meshes
-        self._grouping: dict[int, PointScreen] = {}
+        self._grouping: dict[tuple[int, tuple[str, ...]], PointScreen] = {}
         first = {"cell_groups": CELL_GROUPS["cell_groups"]}
         self._counting = screen(ctx, ScreenShader("gbuffer/pages", 0.0, [TILE], first))
         paged = CELL_GROUPS | PAGE_ENTRIES
@@ -93,6 +99,7 @@ class GBufferPass:
         self._depths = GrowingTarget(ctx, [[0]], Format("f4"))
         self._targets = {n: GrowingTarget(ctx, [range(n)]) for n in (_PLAIN, _DETAILED)}
         self._edges = GrowingTarget(ctx, [[0]])
+        self._squares = GrowingTarget(ctx, [range(_PLAIN)])
 
     def group(
         self,
@@ -101,21 +108,27 @@ class GBufferPass:
         spacecraft: Sequence[DrawnSpacecraft],
         *,
         edges: bool = False,
+        even: EvenLight | None = None,
     ) -> ShadingPoints:
         """Group the samples that see the same. No point is looked up yet.
 
         visibility : of the visibility pass
         spacecraft : of the tile
         edges : whether the points also tell along which line their groups end
+        even : tells over which squares light is smooth; only for a tile of one spacecraft
         """
         cells, blocks = tile.cells.size, blocks_of(tile.cells.size)
         (groups,) = self._groups.covering(cells)
         self._tile.write(tile_values(tile, tile.slices[0]))
         self._tile.bind()
         visibility.use(_VISIBILITY_UNIT)
-        self._grouping_for(tile.cells.texels).draw(self.colour_only, groups, (0, 0, *cells))
-        counts, bare = self._page_counts(textures_of(groups)[0], blocks)
-        entries, first = page_table(counts)
+        telling = ("TELL_TRIANGLES",) * (even is not None)
+        self._grouping_for(tile.cells.texels, telling).draw(
+            self.colour_only, groups, (0, 0, *cells)
+        )
+        of_block = self._page_counts(textures_of(groups)[0], blocks)
+        wide = None if even is None else self._wide(tile, of_block, spacecraft[0], even)
+        entries, first = page_table(of_block & _COUNT, wide)
         page_entries = self._page_entries.written(entries)
         point_groups = self._groups_of_points(textures_of(groups), page_entries, len(entries))
         detailed = any("DETAILED" in drawn.view.model.variant for drawn in spacecraft)
@@ -134,7 +147,8 @@ class GBufferPass:
             groups=textures_of(groups),
             point_groups=point_groups,
             entries=entries,
-            bare=bare,
+            bare=of_block >= BARE,
+            has_wide=wide is not None,
             of_one=len(spacecraft) == 1 and not by_rays,
             page_entries=page_entries,
             block_pages=self._block_pages.written(first),
@@ -151,18 +165,34 @@ class GBufferPass:
             return None
         return textures_of(*self._depths.covering(size))[0]
 
-    def _page_counts(
-        self, cell_groups: moderngl.Texture, blocks: tuple[int, int]
-    ) -> tuple[AnyArray, Mask]:
-        """(rows, columns) uint8, of each block of cells; whether a sample of it sees nothing."""
+    def _page_counts(self, cell_groups: moderngl.Texture, blocks: tuple[int, int]) -> AnyArray:
+        """(rows, columns) uint8, of each block of cells."""
         (counts,) = self._counts.covering(blocks)
         cell_groups.use(CELL_GROUPS["cell_groups"])
         area = (0, 0, *blocks)
         self._counting.draw(self.colour_only, counts, area)
         wait_for_draws(self._ctx)
         data = counts.read(viewport=area, components=1, alignment=1, dtype="u1")
-        of_block = np.frombuffer(data, dtype=np.uint8).reshape(blocks[::-1])
-        return of_block & _COUNT, of_block > _COUNT
+        return np.frombuffer(data, dtype=np.uint8).reshape(blocks[::-1])
+
+    def _wide(
+        self, tile: RasterTile, of_block: AnyArray, drawn: DrawnSpacecraft, even: EvenLight
+    ) -> Mask | None:
+        """(rows, columns) of the squares of 2 x 2 blocks: those that have one page together."""
+        candidates = np.logical_and.reduce(
+            [part & _ONE_TRIANGLE != 0 for part in blocks_of_squares(of_block)]
+        )
+        if np.count_nonzero(candidates) < _WORTH_ASKING * candidates.size or not candidates.size:
+            return None
+        size = candidates.shape[1], candidates.shape[0]
+        (target,) = self._squares.covering(size)
+        self._bind_mesh(tile, drawn)
+        variant = ("JOINTED",) * (drawn.mesh.motion is not None)
+        lighting = drawn.vertex_lighting
+        if lighting is not None and lighting.grids is not None:
+            variant = (*variant, "LIGHT_GRIDS")
+        self._look_up_for((*variant, "OF_SQUARES")).draw(self.colour_only, target, (0, 0, *size))
+        return candidates & even(textures_of(target), size)
 
     def _groups_of_points(
         self, groups: Sequence[moderngl.Texture], page_entries: moderngl.Texture, rows: int
@@ -179,18 +209,10 @@ class GBufferPass:
     def look_up(self, tile: RasterTile, points: ShadingPoints, drawn: DrawnSpacecraft) -> None:
         """Fill the points that see one spacecraft."""
         area = (0, 0, *points.size)
-        self._tile.write(tile_values(tile, tile.slices[0]))
-        self._spacecraft.write(spacecraft_values(drawn.view))
-        self._tile.bind()
-        self._spacecraft.bind()
         points.visibility.use(_VISIBILITY_UNIT)
         points.bind()
         model, lighting = drawn.view.model, drawn.vertex_lighting
-        tables = self._meshes.tables(drawn.mesh)
-        tables.corners.use(_CORNERS_UNIT)
-        tables.vertices.use(_VERTICES_UNIT)
-        if "LAYERED" in model.variant:
-            self._meshes.bind_materials(model)
+        self._bind_mesh(tile, drawn)
         if not points.of_one:
             # Drawn, not cleared: both come to the depth buffer's bits in the same way.
             for marks in self._unmarked, self._marks_for(model.variant):
@@ -199,15 +221,9 @@ class GBufferPass:
         if variant:
             self._meshes.bind_surface(model)
         if drawn.mesh.motion is not None:
-            self._meshes.bind_joints(model, drawn.mesh)
             variant = (*variant, "JOINTED")
         if lighting is not None:
-            lighting.light.use(_LIGHT_UNIT)
             variant += lighting.defines
-            if lighting.grids is not None:
-                lighting.grids.of_triangle.use(_GRIDS["light_grids"])
-                lighting.grids.light.use(_GRIDS["grid_light"])
-                lighting.grids.rows.use(_GRIDS["grid_rows"])
         motion = drawn.view.motion
         if motion is not None:
             variant += motion.variant
@@ -225,6 +241,25 @@ class GBufferPass:
             of_places = tuple(name for name in variant if name in _OF_PLACES)
             draw_marked(points.edges, points, self._look_up_for((*of_places, "EDGES")))
 
+    def _bind_mesh(self, tile: RasterTile, drawn: DrawnSpacecraft) -> None:
+        self._tile.write(tile_values(tile, tile.slices[0]))
+        self._spacecraft.write(spacecraft_values(drawn.view))
+        self._tile.bind()
+        self._spacecraft.bind()
+        tables = self._meshes.tables(drawn.mesh)
+        tables.corners.use(_CORNERS_UNIT)
+        tables.vertices.use(_VERTICES_UNIT)
+        self._meshes.bind_materials(drawn.view.model)
+        if drawn.mesh.motion is not None:
+            self._meshes.bind_joints(drawn.view.model, drawn.mesh)
+        lighting = drawn.vertex_lighting
+        if lighting is not None:
+            lighting.light.use(_LIGHT_UNIT)
+            if lighting.grids is not None:
+                lighting.grids.of_triangle.use(_GRIDS["light_grids"])
+                lighting.grids.light.use(_GRIDS["grid_light"])
+                lighting.grids.rows.use(_GRIDS["grid_rows"])
+
     def _marks_for(self, variant: tuple[str, ...]) -> PointScreen:
         """The shader that marks the points of models of a variant."""
         layered = "LAYERED" in variant
@@ -240,21 +275,25 @@ class GBufferPass:
             )
         return self._marks[variant]
 
-    def _grouping_for(self, texels: int) -> PointScreen:
-        if texels not in self._grouping:
-            seen, texels_of_cell = {"visibility": _VISIBILITY_UNIT}, {"CELL_TEXELS": texels}
-            shader = ScreenShader("gbuffer/groups", 0.0, [TILE], seen, texels_of_cell)
-            self._grouping[texels] = screen(self._ctx, shader)
-        return self._grouping[texels]
+    def _grouping_for(self, texels: int, telling: tuple[str, ...]) -> PointScreen:
+        if (texels, telling) not in self._grouping:
+            seen = {"visibility": _VISIBILITY_UNIT}
+            defines = {"CELL_TEXELS": texels} | dict.fromkeys(telling, 1)
+            shader = ScreenShader("gbuffer/groups", 0.0, [TILE], seen, defines)
+            self._grouping[texels, telling] = screen(self._ctx, shader)
+        return self._grouping[texels, telling]
 
     def _look_up_for(self, variant: tuple[str, ...]) -> PointScreen:
         """The shader for models of a variant; those without images do not pay for them."""
         if variant not in self._lookups:
             detailed, lit = "DETAILED" in variant, "INTERREFLECTION" in variant
-            samplers = _POINTS | {
+            samplers = {
+                "visibility": _VISIBILITY_UNIT,
                 "triangle_corners": _CORNERS_UNIT,
                 "mesh_vertices": _VERTICES_UNIT,
             }
+            if "OF_SQUARES" not in variant:
+                samplers |= _POINTS
             if detailed:
                 samplers |= IMAGE_UNITS
             if lit:
@@ -262,13 +301,13 @@ class GBufferPass:
             if "EDGES" in variant:
                 samplers |= {"cell_groups": _CELLS_UNIT}
             if "LIGHT_GRIDS" in variant:
-                samplers |= _GRIDS
+                samplers |= _GRIDS if lit else {"light_grids": _GRIDS["light_grids"]}
             self._lookups[variant] = point_shader(
                 self._ctx,
                 "gbuffer/gbuffer",
                 OTHERS,
                 [TILE, SPACECRAFT]
-                + [MATERIALS] * (detailed or "LAYERED" in variant)
+                + [MATERIALS] * bool({"DETAILED", "LAYERED", "OF_SQUARES"} & set(variant))
                 + [JOINTS] * ("JOINTED" in variant)
                 + [JOINT_RATES] * ("JOINTS_MOVE" in variant),
                 samplers,
@@ -286,6 +325,7 @@ class GBufferPass:
             self._block_pages,
             self._depths,
             self._edges,
+            self._squares,
         )
         for target in (*growing, *self._targets.values()):
             target.release()

@@ -117,6 +117,8 @@ class ResolvePass:
         defines = [] if tile.window is None else ["WINDOW"]
         if how is self.adds:
             defines.append("SEPARATE")
+        if points.has_wide:
+            defines.append("WIDE_PAGES")
         if ramps != SHARP:
             defines.append("SOFT")
             if by_samples and tile.window is None and lens is None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import moderngl
@@ -21,7 +21,7 @@ from simgl.passes.shared_blocks import JOINT_RATES, JOINTS, LAMPS, MATERIALS, TI
 LAYERS, BLOCK, _SQUARES = 16, 2, 256
 # Pages in a row of squares, and texels along the rows of the textures.
 ENTRIES, COLUMNS = 4 * _SQUARES, 4 * _SQUARES
-_PRESENT, _LAYER_BIT, _ROW_BIT = 1 << 31, 26, 13
+_PRESENT, _WIDE, _LAYER_BIT, _ROW_BIT = 1 << 31, 1 << 30, 26, 13
 # In a texture of listed points: none.
 UNLISTED = 0xFFFFFFFF
 # Bits that are set in each mask of a page, and whether each of them is.
@@ -43,13 +43,18 @@ def gbuffer_units(*channels: str) -> dict[str, int]:
     return {f"gbuffer_{name}": GBUFFER.index(name) for name in channels}
 
 
-def page_table(counts: AnyArray) -> tuple[AnyArray, AnyArray]:
+def page_table(counts: AnyArray, wide: Mask | None = None) -> tuple[AnyArray, AnyArray]:
     """Which pages there are, by how many each block of cells takes.
 
     counts : (rows, columns) of the blocks
+    wide : (rows // 2, columns // 2) of squares of 2 x 2 blocks, those that have one page together
     returns : (rows of squares, ENTRIES) uint32, the entry of each page, 0 behind the last; (rows,
-        columns) uint32, the first page of each block
+        columns) uint32, the first page of each block. Both have a bit that tells of wide pages.
     """
+    if wide is not None:
+        counts = counts.copy()
+        for place, of_square in enumerate(blocks_of_squares(counts)):
+            of_square[wide] = place == 0
     # A sum that widens its numbers by itself takes five times as long.
     flat = counts.ravel().astype(np.uint32)
     first = np.cumsum(flat, dtype=np.uint32)
@@ -59,12 +64,27 @@ def page_table(counts: AnyArray) -> tuple[AnyArray, AnyArray]:
     rows, columns = (np.arange(n, dtype=np.uint32) for n in counts.shape)
     # What is the same for all pages of a block: the layer counts on from there. In 32 bits, which
     # what is taken away and added again may leave.
-    of_block = (_PRESENT | rows[:, None] << _ROW_BIT | columns).ravel()
+    of_block = _PRESENT | rows[:, None] << _ROW_BIT | columns
+    if wide is not None:
+        blocks_of_squares(of_block)[0][wide] |= _WIDE
+    of_block = of_block.ravel()
     of_block -= first << _LAYER_BIT
     number = np.arange(total, dtype=np.uint32)
     number <<= _LAYER_BIT
     np.add(np.repeat(of_block, flat), number, out=entries.reshape(-1)[:total])
-    return entries, first.reshape(counts.shape)
+    first = first.reshape(counts.shape)
+    if wide is not None:
+        firsts = blocks_of_squares(first)
+        page = firsts[0][wide] | _WIDE
+        for of_square in firsts:
+            of_square[wide] = page
+    return entries, first
+
+
+def blocks_of_squares(values: AnyArray) -> list[AnyArray]:
+    """Views of (rows, columns) values: of each whole square of 2 x 2 the first, and the others."""
+    rows, columns = (n // 2 * 2 for n in values.shape)
+    return [values[i:rows:2, j:columns:2] for i in (0, 1) for j in (0, 1)]
 
 
 def _texels_of_pages(pages: AnyArray) -> AnyArray:
@@ -113,6 +133,7 @@ class ShadingPoints:
     point_groups : R32UI, of each point the samples of its group, 0 where there is none
     entries : (rows of squares, ENTRIES) of ``page_table``
     bare : (rows, columns) of the blocks of cells, whether a sample there sees nothing
+    has_wide : whether some pages are wide
     of_one : whether all are looked up for one spacecraft, and none is read on the CPU
     page_entries, block_pages : R32UI, the same, and the first page of each block
     textures : in the order of the targets of shaders/gbuffer/gbuffer.frag, RGBA32F
@@ -129,6 +150,7 @@ class ShadingPoints:
     point_groups: moderngl.Texture
     entries: AnyArray
     bare: Mask
+    has_wide: bool
     of_one: bool
     page_entries: moderngl.Texture
     block_pages: moderngl.Texture
@@ -161,6 +183,11 @@ class ShadingPoints:
         """Bind what every shader of points reads."""
         self.point_groups.use(POINT_GROUPS["point_groups"])
         self.page_entries.use(PAGE_ENTRIES["page_entries"])
+
+
+# From what is looked up of squares of 4 x 4 cells, in the order of ``GBUFFER``, and their columns
+# and rows: (rows, columns), over which of them light is smooth.
+EvenLight = Callable[[Sequence[moderngl.Texture], tuple[int, int]], Mask]
 
 
 def blocks_of(cells: tuple[int, int]) -> tuple[int, int]:

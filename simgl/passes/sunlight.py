@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import partial
+
 import moderngl
 import numpy as np
 
-from simgl.arrays import AnyArray
+from simgl.arrays import AnyArray, Mask
 from simgl.gpu.compute_screen import ComputeScreen
 from simgl.gpu.context import wait_for_draws
 from simgl.gpu.fullscreen import screen
@@ -21,6 +24,7 @@ from simgl.passes.shading_points import (
     OTHERS,
     PAGE_ENTRIES,
     POINT_GROUPS,
+    EvenLight,
     PointScreen,
     ShadingPoints,
     draw_marked,
@@ -81,6 +85,8 @@ class SunlightPass:
         self._samplers = {
             (): grouped | depths | tops,
             ("PLANES",): _GBUFFER_UNITS | tops | planes,
+            ("PLANES", "OF_SQUARES"): _GBUFFER_UNITS | tops | planes,
+            ("OF_SQUARES",): _GBUFFER_UNITS | tops,
             ("SEARCH",): searched | depths | behind,
             ("SEARCH", "SLABS"): searched | slabs | behind,
             ("NEIGHBOURS",): second | depths,
@@ -96,6 +102,7 @@ class SunlightPass:
         self._sunlight = GrowingTarget(ctx, [[0]])
         self._results = GrowingTarget(ctx, [[0]])
         self._masks = GrowingTarget(ctx, [[0]], Format("u1"))
+        self._even_squares = GrowingTarget(ctx, [[0]], Format("u1"))
         self._points = GrowingTarget(ctx, [[0]], Format("u4"))
         self._pages = GrowingTarget(ctx, [[0]], Format("u4", 2))
 
@@ -106,7 +113,7 @@ class SunlightPass:
         if defines not in self._screens:
             blocks = [TILE, SPACECRAFT, SHADOW]
             samplers = self._samplers[way]
-            if "SHEETS" in variant and "PLANES" not in way:
+            if "SHEETS" in variant and not {"PLANES", "OF_SQUARES"} & set(way):
                 samplers = samplers | self._slopes
             self._screens[defines] = point_shader(
                 self._ctx,
@@ -117,6 +124,34 @@ class SunlightPass:
                 dict.fromkeys(defines, 1),
             )
         return self._screens[defines]
+
+    def even_light(
+        self, tile: RasterTile, spacecraft: Sequence[DrawnSpacecraft]
+    ) -> EvenLight | None:
+        """Tells where light is smooth on the only spacecraft of a tile that no lamp lights: where
+        all sunlight is known to arrive, or none. None for several, without sunlight, and for one
+        that has images, moves, or is lit by rays.
+        """
+        drawn, view = spacecraft[0], spacecraft[0].view
+        by_rays = drawn.lit_bodies or drawn.mirrored
+        uneven = "DETAILED" in view.model.variant or view.lit_variant or by_rays
+        if len(spacecraft) > 1 or uneven or not view.sun_irradiance.any():
+            return None
+        return partial(self._even, tile, drawn)
+
+    def _even(
+        self,
+        tile: RasterTile,
+        drawn: DrawnSpacecraft,
+        squares: Sequence[moderngl.Texture],
+        size: tuple[int, int],
+    ) -> Mask:
+        (target,) = self._even_squares.covering(size)
+        self._bind(tile, squares, drawn)
+        way = ("PLANES", "OF_SQUARES") if drawn.view.shadow.close is not None else ("OF_SQUARES",)
+        screen = self._screen_for(way, _variant(drawn.view))
+        screen.draw(self.colour_only, target, (0, 0, *size))
+        return self._bytes(target, size) != 0
 
     def draw(
         self, tile: RasterTile, points: ShadingPoints, drawn: DrawnSpacecraft
@@ -133,7 +168,8 @@ class SunlightPass:
         self.colour_only.apply(self._ctx, sunlight, area, area)
         sunlight.clear(viewport=area)
         if drawn.view.sun_irradiance.any():
-            self._bind(tile, points, drawn)
+            self._bind(tile, points.textures, drawn)
+            points.bind()
             variant = _variant(drawn.view)
             # In a close map texels are small against what stands on a spacecraft: most points are
             # free, but many of those that are not are to be searched.
@@ -146,15 +182,16 @@ class SunlightPass:
         (results,), (pages,) = self._results.covering((1, 1)), self._pages.covering((1, 1))
         return shares, *textures_of(results), *textures_of(pages)
 
-    def _bind(self, tile: RasterTile, points: ShadingPoints, drawn: DrawnSpacecraft) -> None:
+    def _bind(
+        self, tile: RasterTile, gbuffer: Sequence[moderngl.Texture], drawn: DrawnSpacecraft
+    ) -> None:
         for block in (self._tile, self._spacecraft, self._shadow):
             block.bind()
         self._tile.write(tile_values(tile, tile.slices[0]))
         self._spacecraft.write(spacecraft_values(drawn.view))
         self._shadow.write(shadow_values(drawn.view, tile.sample_grid))
-        for unit, texture in zip(_GBUFFER_UNITS.values(), points.textures, strict=False):
+        for unit, texture in zip(_GBUFFER_UNITS.values(), gbuffer, strict=False):
             texture.use(unit)
-        points.bind()
         for unit, texture in zip(_SHADOW_UNITS.values(), drawn.shadow_maps, strict=True):
             texture.use(unit)
 
@@ -192,16 +229,20 @@ class SunlightPass:
     def _unknown_points(self, points: ShadingPoints) -> AnyArray:
         """(rows of squares, ENTRIES) uint8: of each page the points to search, and from bit 4 on
         those near casters, as ``listed_points`` takes them."""
-        area = (0, 0, ENTRIES, len(points.entries))
-        (masks,) = self._masks.covering(area[2:])
-        self._unknown.draw(self.colour_only, masks, area)
+        size = ENTRIES, len(points.entries)
+        (masks,) = self._masks.covering(size)
+        self._unknown.draw(self.colour_only, masks, (0, 0, *size))
+        return self._bytes(masks, size)
+
+    def _bytes(self, target: moderngl.Framebuffer, size: tuple[int, int]) -> AnyArray:
         wait_for_draws(self._ctx)
-        data = masks.read(viewport=area, components=1, alignment=1, dtype="u1")
-        return np.frombuffer(data, dtype=np.uint8).reshape(-1, ENTRIES)
+        data = target.read(viewport=(0, 0, *size), components=1, alignment=1, dtype="u1")
+        return np.frombuffer(data, dtype=np.uint8).reshape(size[::-1])
 
     def release(self) -> None:
         """Free everything."""
-        for target in (self._sunlight, self._results, self._masks, self._points, self._pages):
+        targets = self._sunlight, self._results, self._masks, self._points, self._pages
+        for target in (*targets, self._even_squares):
             target.release()
         for buffer in (self._tile, self._spacecraft, self._shadow):
             buffer.release()
