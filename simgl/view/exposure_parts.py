@@ -33,7 +33,13 @@ from simgl.view.image_motion import (
     turn_of_joints,
 )
 from simgl.view.row_clock import RowClock, camera_from_body
-from simgl.view.snapshot_count import LARGEST_TURN, LONGEST_WAY, outline, snapshot_count
+from simgl.view.snapshot_count import (
+    LARGEST_TURN,
+    LONGEST_WAY,
+    count_behind,
+    outline,
+    snapshot_count,
+)
 
 # Turn of a body whose rows have sunlight and its shadows at their own times: only the light between
 # its surfaces is that of the middle, in the first and the last row off by the sine of half the turn
@@ -277,7 +283,7 @@ def moving_scene(
         at=seen_by(drawn),
         count=count,
         blurs=blurs,
-        behind_count=int(np.clip(np.ceil(behind / LONGEST_WAY), 1, MAX_PARTS)) * moves_behind,
+        behind_count=count_behind((ends[0], state, ends[1]), name, behind) * moves_behind,
         rows=rows,
         turned=turned,
     )
