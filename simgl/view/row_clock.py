@@ -117,10 +117,10 @@ class PoseMotion:
         straight lines between them [m]."""
         poses = np.array([self.at(time) for time in _CAMERA_TIMES])
         places = -np.linalg.solve(poses[:, :3, :3], poses[:, :3, 3:])[..., 0]
-        # An arc leaves its chord by an eighth of its second difference, four times that of steps of
-        # half the length.
+        # An arc leaves its chords by an eighth of its second difference; twice that where it is
+        # uneven.
         bends = np.linalg.norm(places[2:] - 2.0 * places[1:-1] + places[:-2], axis=1)
-        return places, 0.5 * float(bends.max())
+        return places, 0.25 * float(bends.max())
 
     def sag(self, camera: Camera, extent: float) -> float:
         """How far an outline may bulge between points of it that are far apart [px].
