@@ -92,10 +92,10 @@ def facing_triangles(posed: PosedMesh, places: Array, between: float = 0.0) -> U
             body_from_stored = posed.motion[facets.group]
             seen_from = (places - body_from_stored[:3, 3]) @ body_from_stored[:3, :3]
         away = np.linalg.norm(seen_from - posed.mesh.centre, axis=1)
-        least = -_GRAZING * (float(away.max()) + posed.mesh.radius) - between
+        threshold = -_GRAZING * (float(away.max()) + posed.mesh.radius) - between
         before = _farthest_before(facets.planes, seen_from)
         # A mask as an index takes numpy six times as long.
-        facing.append(facets.numbers.compress(before > least))
+        facing.append(facets.numbers.compress(before > threshold))
     return np.concatenate(facing) if facing else np.zeros(0, dtype=np.uint32)
 
 
