@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain
 
@@ -62,28 +62,57 @@ class ExposureRenderer:
 
     def draw(self, views: MovingViews, target: ImageTarget, by: Drawing) -> None:
         """Fill a target of the image's size with the mean radiance that each row sees."""
-        count = views.scene.count
         snapshots = views.snapshots()
         first = next(snapshots)
-        if count == 1:
-            layers = self._draw_behind(by, views, first[0][1], views.layers(first), target)
-            self._lay(by, views, layers, target)
-            return
-        behind = self._target("behind", views.camera)
-        one = self._target("one snapshot", views.camera)
-        self._draw_behind(by, views, first[0][1], [], behind)
         all_layers = [views.layers(snapshot) for snapshot in chain((first,), snapshots)]
+        behind = list(views.behind(first[0][1]))
+        if _is_black(behind) and all(map(_are_one, all_layers)):
+            self._draw_before_nothing(by, views, all_layers, target)
+        elif len(all_layers) == 1:
+            layers = self._draw_behind(by, views, behind, all_layers[0], target)
+            self._lay(by, views, layers, target)
+        else:
+            self._draw_in_turn(by, views, behind, all_layers, target)
+
+    def _draw_before_nothing(
+        self, by: Drawing, views: MovingViews, all_layers: list[list[Layer]], target: ImageTarget
+    ) -> None:
+        """Before a black background the covered share of pixels does not count."""
+        target.blacken()
+        spare = partial(self._spare, views.scene.drawn, _BANDS)
+        for (layer,) in filter(None, all_layers):
+            assert layer.paths is not None
+            sweep = replace(_of_layer(views, layer, layer.paths), share=1.0 / len(all_layers))
+            snapshot = self._target("snapshot", views.scene.drawn)
+            snapshot.framebuffer.clear(viewport=sweep.read())
+            self._draw_tiles(by, layer, snapshot, ResolvePass.lays)
+            with self._timer.measure("sweep"):
+                self._sweep.add(sweep, snapshot, target.framebuffer, spare)
+
+    def _draw_in_turn(
+        self,
+        by: Drawing,
+        views: MovingViews,
+        behind: list[SweptBackground],
+        all_layers: list[list[Layer]],
+        target: ImageTarget,
+    ) -> None:
+        """The mean of several snapshots, each before the same background."""
+        still = self._target("behind", views.camera)
+        one = self._target("one snapshot", views.camera)
+        self._draw_behind(by, views, behind, [], still)
         # Elsewhere all snapshots show what is behind.
         box = _box_of([self._area(views, layer) for layers in all_layers for layer in layers])
-        self._average.copy(behind.textures[0], target.framebuffer, (0, 0, *target.size))
+        self._average.copy(still.textures[0], target.framebuffer, (0, 0, *target.size))
         if box is None:
             return
         target.framebuffer.clear(viewport=box)
         for layers in all_layers:
-            self._average.copy(behind.textures[0], one.framebuffer, box)
+            self._average.copy(still.textures[0], one.framebuffer, box)
             self._lay(by, views, layers, one)
             with self._timer.measure("sweep"):
-                self._average.add(one.textures[0], 1.0 / count, target.framebuffer, box)
+                share = 1.0 / len(all_layers)
+                self._average.add(one.textures[0], share, target.framebuffer, box)
 
     @staticmethod
     def _area(views: MovingViews, layer: Layer) -> Box:
@@ -94,7 +123,7 @@ class ExposureRenderer:
         self,
         by: Drawing,
         views: MovingViews,
-        view: FrameView,
+        behind: list[SweptBackground],
         layers: list[Layer],
         target: ImageTarget,
     ) -> list[Layer]:
@@ -102,22 +131,25 @@ class ExposureRenderer:
 
         returns : the other layers
         """
-        single = views.scene.behind_count == 1 and not views.scene.rows
-        for number, behind in enumerate(views.behind(view)):
-            if behind.part is None or behind.paths is None:
-                by.background(behind.view, target)
+        if _is_black(behind):
+            target.blacken()
+            return layers
+        single = len(behind) == 1 and not views.scene.rows
+        for number, one in enumerate(behind):
+            if one.part is None or one.paths is None:
+                by.background(one.view, target)
                 return layers
-            drawn = self._target("swept background", views.scene.drawn)
-            by.background(behind.view, drawn)
+            drawn = self._target("swept background", views.scene.drawn_behind)
+            by.background(one.view, drawn)
             # What stands before a background that moves as it does hides the same of it always.
-            while single and layers and layers[0].goes_with(behind.paths):
+            while single and layers and layers[0].goes_with(one.paths):
                 self._draw_tiles(by, layers.pop(0), drawn, ResolvePass.lays)
             with self._timer.measure("sweep"):
-                if number == 0 and views.scene.behind_count > 1:
+                if number == 0 and len(behind) > 1:
                     target.blacken()
-                draw = self._sweep.fill if views.scene.behind_count == 1 else self._sweep.add
-                spare = partial(self._spare, views, _BANDS)
-                draw(_of_background(views, behind), drawn, target.framebuffer, spare)
+                draw = self._sweep.fill if len(behind) == 1 else self._sweep.add
+                spare = partial(self._spare, views.scene.drawn_behind, _BANDS)
+                draw(_of_background(views, one), drawn, target.framebuffer, spare)
         return layers
 
     def _lay(
@@ -133,7 +165,7 @@ class ExposureRenderer:
             snapshot.framebuffer.clear(viewport=sweep.read())
             self._draw_tiles(by, layer, snapshot, ResolvePass.adds)
             with self._timer.measure("sweep"):
-                spare = partial(self._spare, views, _COVERED)
+                spare = partial(self._spare, views.scene.drawn, _COVERED)
                 self._sweep.lay_over(sweep, snapshot, target.framebuffer, spare)
 
     def _draw_tiles(self, by: Drawing, layer: Layer, target: ImageTarget, how: State) -> None:
@@ -153,8 +185,8 @@ class ExposureRenderer:
                         how,
                     )
 
-    def _spare(self, views: MovingViews, formats: tuple[Format, ...], number: int) -> ImageTarget:
-        return self._target(f"swept {len(formats)} {number}", views.scene.drawn, formats)
+    def _spare(self, drawn: Camera, formats: tuple[Format, ...], number: int) -> ImageTarget:
+        return self._target(f"swept {len(formats)} {number}", drawn, formats)
 
     def _target(
         self, use: str, camera: Camera, formats: tuple[Format, ...] = _BANDS
@@ -180,12 +212,21 @@ def _box_of(boxes: list[Box]) -> Box | None:
     return x0, y0, int((x + width).max()) - x0, int((y + height).max()) - y0
 
 
+def _is_black(behind: list[SweptBackground]) -> bool:
+    return all(one.view.shows_nothing_behind for one in behind)
+
+
+def _are_one(layers: list[Layer]) -> bool:
+    """Whether they are one that is swept, or none."""
+    return not layers or (len(layers) == 1 and layers[0].paths is not None)
+
+
 def _of_layer(views: MovingViews, layer: Layer, paths: ImagePaths) -> Sweep:
     return Sweep(
         paths=paths,
         size=_size(views.scene.drawn),
         filled=layer.filled,
-        margin=views.scene.margin,
+        margin=views.scene.margin_of(views.scene.drawn),
         target_size=_size(views.camera),
         edges=not layer.small,
     )
@@ -195,7 +236,7 @@ def _of_background(views: MovingViews, behind: SweptBackground) -> Sweep:
     """What rows see of a background that is drawn for one moment for all of them."""
     assert behind.part is not None
     assert behind.paths is not None
-    camera, part, size = views.camera, behind.part, _size(views.scene.drawn)
+    camera, part, drawn = views.camera, behind.part, views.scene.drawn_behind
     length = camera.exposure_time
     span = Span(
         first=(part.moment - part.half_span) / length,
@@ -206,9 +247,9 @@ def _of_background(views: MovingViews, behind: SweptBackground) -> Sweep:
     )
     return Sweep(
         paths=behind.paths,
-        size=size,
-        filled=(0, 0, *size),
-        margin=views.scene.margin,
+        size=_size(drawn),
+        filled=(0, 0, *_size(drawn)),
+        margin=views.scene.margin_of(drawn),
         target_size=_size(camera),
         span=span,
     )

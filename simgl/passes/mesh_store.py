@@ -67,10 +67,23 @@ class SplitGeometry:
     """An uploaded mesh whose long edges are cut.
 
     drawn : of its triangles (``MeshTables.drawn_rows``)
+    mesh : that
     """
 
     buffers: VertexBuffers
     drawn: moderngl.Texture
+    mesh: SplitMesh
+
+    def parts_of(self, numbers: UIntArray) -> tuple[UIntArray, UIntArray]:
+        """The corners (k, 3) of the parts of some triangles, and (k,) of which each is a part.
+
+        numbers : (n,) in the whole mesh
+        """
+        source = self.mesh.triangle
+        wanted = np.zeros(int(source.max(initial=0)) + 1, dtype=bool)
+        wanted[numbers] = True
+        chosen = np.flatnonzero(wanted.take(source))
+        return self.mesh.mesh.triangles.take(chosen, axis=0), source.take(chosen)
 
     def release(self) -> None:
         """Free both."""
@@ -153,6 +166,7 @@ class MeshStore:
         return SplitGeometry(
             buffers=_geometry(self._ctx, split.mesh, groups),
             drawn=table(self._ctx, self.tables(posed).drawn_rows(split.triangle)),
+            mesh=split,
         )
 
     def bind_joint_rates(self, motion: PoseMotion) -> None:

@@ -43,13 +43,13 @@ class OutlineProgram:
         model: SpacecraftModel,
         mesh: PosedMesh | None = None,
         geometry: VertexBuffers | None = None,
-        numbers: UIntArray | None = None,
+        triangles: UIntArray | None = None,
     ) -> None:
         """The triangles of a model.
 
         mesh : to draw instead of the model's own
         geometry : that stands for the mesh
-        numbers : (k,) of the mesh's triangles that are drawn, in that order; None for all
+        triangles : (k, 3) corners of those that are drawn; None for all
         """
         mesh = mesh or model.posed_mesh
         variant = tuple(define for define in model.variant if define == "CUT_OUT")
@@ -59,7 +59,6 @@ class OutlineProgram:
             self._meshes.bind_surface(model)
         if "JOINTED" in variant:
             self._meshes.bind_joints(model, mesh)
-        triangles = None if numbers is None else mesh.mesh.triangles.take(numbers, axis=0)
         (geometry or self._meshes.geometry(mesh)).draw(self._program_for(variant), triangles)
 
     def _program_for(self, variant: tuple[str, ...]) -> moderngl.Program:

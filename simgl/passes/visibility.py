@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import moderngl
 import numpy as np
 
+from simgl.arrays import UIntArray
 from simgl.gpu.context import is_software
 from simgl.gpu.mesh_tables import table
 from simgl.gpu.pipeline_state import State, clear_depth, part_to_clear
@@ -72,35 +73,46 @@ class VisibilityPass:
 
     def _draw(self, drawn: DrawnSpacecraft) -> None:
         motion, model = drawn.view.motion, drawn.view.model
-        if motion is None:
-            self._draw_still(drawn)
+        variant: tuple[str, ...] = ()
+        split = None
+        if motion is not None:
+            variant = motion.variant
+            if motion.joint_rates is not None:
+                self._meshes.bind_joint_rates(motion)
+                variant += ("JOINTS_MOVE",)
+            split = self._meshes.split(drawn.mesh, motion.bend)
+        numbers = self._facing(drawn)
+        program = self._program_for(variant)
+        if numbers is None:
+            rows = self._meshes.tables(drawn.mesh).drawn if split is None else split.drawn
+            rows.use(_DRAWN_UNIT)
+            program.draw(model, drawn.mesh, None if split is None else split.buffers)
             return
-        variant = motion.variant
-        if motion.joint_rates is not None:
-            self._meshes.bind_joint_rates(motion)
-            variant += ("JOINTS_MOVE",)
-        split = self._meshes.split(drawn.mesh, motion.bend)
-        rows = self._meshes.tables(drawn.mesh).drawn if split is None else split.drawn
-        rows.use(_DRAWN_UNIT)
-        buffers = None if split is None else split.buffers
-        self._program_for(variant).draw(model, drawn.mesh, buffers)
-
-    def _draw_still(self, drawn: DrawnSpacecraft) -> None:
-        model, tables = drawn.view.model, self._meshes.tables(drawn.mesh)
-        if model.open_sheets or not self._chooses:
-            tables.drawn.use(_DRAWN_UNIT)
-            self._program_for(()).draw(model, drawn.mesh)
-            return
-        camera_from_body = drawn.view.camera_from_body.astype(np.float64)
-        camera = -camera_from_body[:3, :3].T @ camera_from_body[:3, 3]
-        numbers = facing_triangles(drawn.mesh, camera)
         if not numbers.size:
             return
+        if split is None:
+            buffers, triangles = None, drawn.mesh.mesh.triangles.take(numbers, axis=0)
+        else:
+            buffers = split.buffers
+            triangles, numbers = split.parts_of(numbers)
         # A new one, for OpenGL waits with writing one that it yet has to read.
-        rows = table(self._ctx, tables.drawn_rows(numbers))
+        rows = table(self._ctx, self._meshes.tables(drawn.mesh).drawn_rows(numbers))
         rows.use(_DRAWN_UNIT)
-        self._program_for(()).draw(model, drawn.mesh, numbers=numbers)
+        program.draw(model, drawn.mesh, buffers, triangles)
         rows.release()
+
+    def _facing(self, drawn: DrawnSpacecraft) -> UIntArray | None:
+        """(k,) numbers of the triangles that may turn their front to the camera; None for all."""
+        motion = drawn.view.motion
+        if drawn.view.model.open_sheets or not self._chooses:
+            return None
+        if motion is None:
+            camera_from_body = drawn.view.camera_from_body.astype(np.float64)
+            camera = -camera_from_body[:3, :3].T @ camera_from_body[:3, 3]
+            return facing_triangles(drawn.mesh, camera[None])
+        if motion.joint_rates is not None:
+            return None
+        return facing_triangles(drawn.mesh, *motion.camera_in_body)
 
     def _program_for(self, variant: tuple[str, ...]) -> OutlineProgram:
         """For spacecraft that stand still, and that move."""

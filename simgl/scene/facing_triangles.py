@@ -75,22 +75,34 @@ def _facets(mesh: Mesh, joints: tuple[Joint, ...]) -> tuple[_Facets, ...]:
     return tuple(facets)
 
 
-def facing_triangles(posed: PosedMesh, place: Array) -> UIntArray:
-    """(k,) numbers of the triangles whose front a place sees, and of those it sees on their edge.
+def facing_triangles(posed: PosedMesh, places: Array, between: float = 0.0) -> UIntArray:
+    """(k,) numbers of the triangles whose front any of several places sees, and of those that they
+    see on their edge.
 
-    place : (3,) body axes [m]
+    places : (n, 3) body axes [m]
+    between : how far from straight lines between them others are that count, too [m]
 
     Neighbours are close to each other: vertices that they share are transformed once, and texels
     that they read are at hand.
     """
     facing = []
     for facets in _facets(posed.mesh, posed.joints if posed.motion is not None else ()):
-        seen_from = place
+        seen_from = places
         if posed.motion is not None:
             body_from_stored = posed.motion[facets.group]
-            seen_from = body_from_stored[:3, :3].T @ (place - body_from_stored[:3, 3])
-        farthest = float(np.linalg.norm(seen_from - posed.mesh.centre)) + posed.mesh.radius
-        before = np.append(seen_from, 1.0).astype(np.float32) @ facets.planes
+            seen_from = (places - body_from_stored[:3, 3]) @ body_from_stored[:3, :3]
+        away = np.linalg.norm(seen_from - posed.mesh.centre, axis=1)
+        threshold = -_GRAZING * (float(away.max()) + posed.mesh.radius) - between
+        before = _farthest_before(facets.planes, seen_from)
         # A mask as an index takes numpy six times as long.
-        facing.append(facets.numbers.compress(before > -_GRAZING * farthest))
+        facing.append(facets.numbers.compress(before > threshold))
     return np.concatenate(facing) if facing else np.zeros(0, dtype=np.uint32)
+
+
+def _farthest_before(planes: Array32, places: Array) -> Array32:
+    """(k,) how far the farthest of places (n, 3) lies before each of planes (4, k) [m]."""
+    first, *others = np.column_stack([places, np.ones(len(places))]).astype(np.float32)
+    before = first @ planes
+    for other in others:
+        np.maximum(before, other @ planes, out=before)
+    return np.asarray(before)

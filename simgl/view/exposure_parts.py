@@ -33,7 +33,13 @@ from simgl.view.image_motion import (
     turn_of_joints,
 )
 from simgl.view.row_clock import RowClock, camera_from_body
-from simgl.view.snapshot_count import LARGEST_TURN, LONGEST_WAY, outline, snapshot_count
+from simgl.view.snapshot_count import (
+    LARGEST_TURN,
+    LONGEST_WAY,
+    count_behind,
+    outline,
+    snapshot_count,
+)
 
 # Turn of a body whose rows have sunlight and its shadows at their own times: only the light between
 # its surfaces is that of the middle, in the first and the last row off by the sine of half the turn
@@ -116,8 +122,9 @@ class MovingScene:
     """A scene over the exposure of one camera's image.
 
     camera : of the image
-    drawn : the same with a margin around the image, out of which things move into it
-    margin : columns and rows [px]
+    drawn : the same, for spacecraft; with a margin around the image, out of which they move into it
+        while a row is exposed
+    drawn_behind : the same, for what is behind them, whose rows see other parts of it, too
     at : the scene at a time from the epoch [s], with ``drawn`` for its camera
     count : of the snapshots of spacecraft
     blurs : whether these are swept; whether what is behind them is, and from how many snapshots
@@ -127,13 +134,18 @@ class MovingScene:
 
     camera: Camera
     drawn: Camera
-    margin: tuple[int, int]
+    drawn_behind: Camera
     at: Callable[[float], SceneState]
     count: int
     blurs: bool
     behind_count: int
     rows: tuple[RowClock, ...]
     turned: float
+
+    def margin_of(self, drawn: Camera) -> tuple[int, int]:
+        """Columns and rows of one of the two around the image [px]."""
+        inner, outer = self.camera.detector, drawn.detector
+        return (outer.width - inner.width) // 2, (outer.height - inner.height) // 2
 
     def snapshots(self) -> Iterator[tuple[ExposurePart, ...]]:
         """What is drawn of the spacecraft for each snapshot, one part beside the other."""
@@ -192,10 +204,14 @@ class MovingScene:
         half = 0.5 * duration(self.camera) / max(self.behind_count, 1)
         for number in range(self.behind_count):
             moment = (2 * number + 1 - self.behind_count) * half
+            state, first, last = (
+                _seen_by(self.at(time), self.camera.name, self.drawn_behind)
+                for time in (moment, moment - half, moment + half)
+            )
             yield BackgroundPart(
-                state=self.at(moment),
-                first=self.at(moment - half),
-                last=self.at(moment + half),
+                state=state,
+                first=first,
+                last=last,
                 moment=moment,
                 half_span=half,
                 exposure_time=self.camera.exposure_time,
@@ -238,14 +254,15 @@ def moving_scene(
         times = ends[0], between[0], state, between[1], ends[1]
         count = snapshot_count(times, name, exposed, blur, rows=lean > LEAN)
     turned = sum(turn_of_bodies(one, other) for one, other in pairwise(times))
-    drawn = camera
+    around = camera
     if blurs or moves_behind:
         ways = np.zeros(2)
         if blurs:
             ways = _ways_in((ends[0], state, ends[1]), name, exposed / count, turned)
         if moves_behind:
             ways = np.maximum(ways, _ways_behind(ends, name))
-        drawn = _with_margin(camera, np.minimum(ways, max(blur, behind)))
+        around = _with_margin(camera, np.minimum(ways, max(blur, behind)))
+    drawn = around if blurs else camera
     rows: tuple[RowClock, ...] = ()
     if lean > LEAN:
         seen = read_out(camera) / duration(camera)
@@ -262,14 +279,11 @@ def moving_scene(
     return MovingScene(
         camera=camera,
         drawn=drawn,
-        margin=(
-            (drawn.detector.width - camera.detector.width) // 2,
-            (drawn.detector.height - camera.detector.height) // 2,
-        ),
+        drawn_behind=around,
         at=seen_by(drawn),
         count=count,
         blurs=blurs,
-        behind_count=int(np.clip(np.ceil(behind / LONGEST_WAY), 1, MAX_PARTS)) * moves_behind,
+        behind_count=count_behind((ends[0], state, ends[1]), name, behind) * moves_behind,
         rows=rows,
         turned=turned,
     )

@@ -105,7 +105,7 @@ class MovingViews:
             yield SweptBackground(view=still)
         for part in scene.behind():
             yield SweptBackground(
-                view=behind_spacecraft(view, part.state),
+                view=behind_spacecraft(replace(view, camera=scene.drawn_behind), part.state),
                 part=part,
                 paths=background_paths(part, scene.camera.name),
             )
@@ -134,7 +134,7 @@ class MovingViews:
         filled = _touched([one.tile for one in tiles], 1, (d.width, d.height))
         if any(one.view.field is not None for one in tiles):
             filled = 0, 0, d.width, d.height
-        if not self.scene.blurs and self.scene.margin == (0, 0):
+        if not self.scene.blurs:
             return Layer(tiles=tuple(tiles), filled=filled)
         names = sorted({each.name for one in tiles for each in one.tile.spacecraft})
         paths = spacecraft_paths(parts, names, filled)

@@ -93,14 +93,18 @@ class FrameView:
         return x0, y0, x1 - x0, y1 - y0
 
     @property
-    def lit_area(self) -> tuple[int, int, int, int]:
-        """x, y, width, height of the pixels that anything may light; the others are black."""
-        black = all(
+    def shows_nothing_behind(self) -> bool:
+        """Whether all that is behind spacecraft is black."""
+        return all(
             seen.background.planet is None and seen.background.celestial is None
             for seen in self.pinholes
         )
+
+    @property
+    def lit_area(self) -> tuple[int, int, int, int]:
+        """x, y, width, height of the pixels that anything may light; the others are black."""
         d = self.camera.detector
-        return self.touched if black else (0, 0, d.width, d.height)
+        return self.touched if self.shows_nothing_behind else (0, 0, d.width, d.height)
 
 
 def frame_view(

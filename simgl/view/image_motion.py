@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import combinations
+from itertools import combinations, product
 
 import numpy as np
 
@@ -26,10 +26,27 @@ def spacecraft_motion(first: SceneState, second: SceneState, camera: str) -> flo
 def background_motion(first: SceneState, second: SceneState, camera: str) -> float:
     """The same of what is behind them; the ground counts only where the Earth may be in view."""
     a, b = first.cameras[camera], second.cameras[camera]
-    moved = _angle(b.R_camera_from_icrf @ a.R_camera_from_icrf.T)
+    moved = _sky_motion(a, b)
     if first.earth is not None:
-        moved += _ground_motion(first, a, b)
-    return a.camera.focal_length_px * moved
+        moved += a.camera.focal_length_px * _ground_motion(first, a, b)
+    return moved
+
+
+def _sky_motion(a: CameraState, b: CameraState) -> float:
+    """Of the stars [px].
+
+    In the image of a pinhole a turn moves them nearly as a linear map does: those in the corners
+    go farthest.
+    """
+    R, camera = b.R_camera_from_icrf @ a.R_camera_from_icrf.T, a.camera
+    if camera.is_pinhole:
+        size = camera.detector.width, camera.detector.height
+        corners = np.array(list(product(*((0.0, one) for one in size))))
+        ways = [camera.project(camera.rays(corners) @ turn) - corners for turn in (R.T, R)]
+        longest = float(np.linalg.norm(ways, axis=-1).max())
+        if np.isfinite(longest):
+            return longest
+    return camera.focal_length_px * _angle(R)
 
 
 def turn_of_camera(first: SceneState, second: SceneState, camera: str) -> float:

@@ -92,14 +92,15 @@ class _Seen:
     """What some nodes see: how it moves about there.
 
     hit : (n,) whether the node sees any of it
-    velocity : (n, 2) over the exposure time [px]
-    bend : (n, 2) of both ends from the middle, summed [px]
+    motion : (n, 4) velocity over the exposure time, and bend of both ends from the middle, summed
+        [px]
+    around : (n, 4) the same of a plane through the middle of the body, that goes along with it
     distance : (n,) along the line of sight, for whether it is hidden
     """
 
     hit: Mask
-    velocity: Array
-    bend: Array
+    motion: Array
+    around: Array
     distance: Array
 
 
@@ -122,22 +123,21 @@ def spacecraft_paths(parts: Sequence[ExposurePart], names: Sequence[str], box: B
     origin, step, grid = _grid(box)
     nodes = grid.reshape(-1, 2)
     hit = np.zeros(len(nodes), dtype=bool)
-    velocity, bend = np.zeros((2, len(nodes), 2))
+    motion, around = np.zeros((2, len(nodes), 4))
     for part in parts:
         in_part = np.ones(len(nodes), dtype=bool)
         if part.rows is not None and len(parts) > 1:
             in_part = (nodes[:, 1] >= part.rows.first) & (nodes[:, 1] < part.rows.end)
         if in_part.any():
             seen = _nearest([_of_body(part, name, nodes[in_part]) for name in names])
-            hit[in_part], velocity[in_part], bend[in_part] = seen.hit, seen.velocity, seen.bend
+            hit[in_part], motion[in_part], around[in_part] = seen.hit, seen.motion, seen.around
     if not hit.any():
         # Too small or too thin for the nodes: as its middle.
         part = parts[len(parts) // 2]
-        velocity[:], bend[:] = _of_middle(part, names[0])
+        motion[:] = np.concatenate(_of_middle(part, names[0]))
         hit[:] = True
-    return ImagePaths(
-        origin=origin, step=step, nodes=_extended(nodes, hit, velocity, bend, grid.shape[:2])
-    )
+    nodes_moved = _extended(nodes, hit, motion, around, grid.shape[:2])
+    return ImagePaths(origin=origin, step=step, nodes=nodes_moved)
 
 
 def _nearest(seen: Sequence[_Seen]) -> _Seen:
@@ -146,28 +146,31 @@ def _nearest(seen: Sequence[_Seen]) -> _Seen:
         nearer = one.distance < first.distance
         first = _Seen(
             hit=first.hit | one.hit,
-            velocity=np.where(nearer[:, None], one.velocity, first.velocity),
-            bend=np.where(nearer[:, None], one.bend, first.bend),
+            motion=np.where(nearer[:, None], one.motion, first.motion),
+            around=first.around,
             distance=np.minimum(first.distance, one.distance),
         )
     return first
 
 
 def _extended(
-    nodes: Array, hit: Mask, velocity: Array, bend: Array, shape: tuple[int, ...]
+    nodes: Array, hit: Mask, motion: Array, around: Array, shape: tuple[int, ...]
 ) -> Array32:
     """(rows, columns, 4) ways at all nodes, beyond an outline as at those nearest within it.
 
     An even turn or zoom goes on beyond it, and bends the ways: it is told by the linear change of
     velocities and bends over the snapshot.
+
+    motion : (n, 4) velocity and bend of what nodes see
+    around : (n, 4) the same of what goes on beyond the outline; the linear change of what the
+        outline differs from that goes on, too
     """
     middle = nodes[hit].mean(axis=0)
     scale = max(float(np.ptp(nodes)), 1.0)
     terms = np.column_stack([np.ones(len(nodes)), (nodes - middle) / scale])
-    motion = np.concatenate([velocity, bend], axis=-1)
-    fit, *_ = np.linalg.lstsq(terms[hit], motion[hit], rcond=None)
-    even = terms @ fit
-    change = fit[1:, :2].T / scale
+    change = np.linalg.lstsq(terms[hit], motion[hit, :2], rcond=None)[0][1:].T / scale
+    fit, *_ = np.linalg.lstsq(terms[hit], (motion - around)[hit], rcond=None)
+    even = around + terms @ fit
     uneven = motion - even
     lost = np.flatnonzero(~hit)
     if lost.size:
@@ -223,20 +226,40 @@ def _of_body(part: ExposurePart, name: str, nodes: Array) -> _Seen:
     hit = (triangles >= 0) & np.any(rays != 0.0, axis=-1)
     places = np.where(hit[:, None], origins + np.where(hit, distance, 0.0)[:, None] * ways, 0.0)
     shifts = _joint_shifts(part, name, places, triangles) * pose.half
+    motion = _moved(part, pose, nodes, places, shifts)
+    hit &= np.isfinite(motion).all(axis=-1)
+    # Along lines of sight to the depth of its middle.
+    depth = _depth(pose, mesh)
+    plane = origins + (depth / np.maximum(rays[:, 2:], 1e-3)) * ways
+    around = _moved(part, pose, nodes, plane, np.zeros_like(plane))
+    if not np.isfinite(around).all():
+        around = np.zeros_like(around)
+    return _Seen(
+        hit=hit,
+        motion=np.where(hit[:, None], motion, 0.0),
+        around=around,
+        distance=np.where(hit, distance, np.inf),
+    )
+
+
+def _depth(pose: _Pose, mesh: PosedMesh) -> float:
+    """Of a body's middle before the camera; a tenth of its radius where it is not before it [m]."""
+    return max(float(pose.middle[2] @ np.append(mesh.centre, 1.0)), 0.1 * mesh.radius)
+
+
+def _moved(part: ExposurePart, pose: _Pose, nodes: Array, places: Array, shifts: Array) -> Array:
+    """(n, 4) velocity and bend of places (n, 3) of a body that nodes see [px].
+
+    shifts : (n, 3) how far joints move them to the end of the exposure [m]
+    """
+    camera, times = part.camera_of(part.state).camera, part.row_times(nodes[:, 1])
     ends = []
     for side in (-1.0, 1.0):
         matrices = pose.at(times + side * pose.half)
         moved = places + side * shifts
         seen = np.einsum("nij,nj->ni", matrices[:, :3, :3], moved) + matrices[:, :3, 3]
         ends.append(camera.project(seen))
-    hit &= np.isfinite(ends[0]).all(axis=-1) & np.isfinite(ends[1]).all(axis=-1)
-    velocity, bend = _motion(ends[0], nodes, ends[1], part)
-    return _Seen(
-        hit=hit,
-        velocity=np.where(hit[:, None], velocity, 0.0),
-        bend=np.where(hit[:, None], bend, 0.0),
-        distance=np.where(hit, distance, np.inf),
-    )
+    return np.concatenate(_motion(ends[0], nodes, ends[1], part), axis=-1)
 
 
 def _motion(before: Array, middle: Array, after: Array, part: ExposurePart) -> tuple[Array, Array]:
@@ -310,11 +333,10 @@ def background_paths(part: BackgroundPart, name: str) -> ImagePaths:
             origin=origin, step=step, nodes=np.zeros((*grid.shape[:2], 4), np.float32)
         )
     share = part.exposure_time / (2.0 * part.half_span)
-    velocity = np.where(hit[:, None], share * (ends[1] - ends[0]), 0.0)
-    bend = np.where(hit[:, None], share**2 * (ends[1] + ends[0] - 2.0 * nodes), 0.0)
-    return ImagePaths(
-        origin=origin, step=step, nodes=_extended(nodes, hit, velocity, bend, grid.shape[:2])
-    )
+    velocity, bend = share * (ends[1] - ends[0]), share**2 * (ends[1] + ends[0] - 2.0 * nodes)
+    motion = np.where(hit[:, None], np.concatenate([velocity, bend], axis=-1), 0.0)
+    nodes_moved = _extended(nodes, hit, motion, np.zeros_like(motion), grid.shape[:2])
+    return ImagePaths(origin=origin, step=step, nodes=nodes_moved)
 
 
 def _on_ground(earth: EarthState | None, placed: CameraState, sights: Array) -> tuple[Mask, Array]:

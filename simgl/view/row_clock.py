@@ -7,7 +7,8 @@ part's first to its last see times from -1 to 1.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -30,6 +31,12 @@ _SLOWEST = 0.25
 _STILL = 1e-7
 # Deviation of the image of an edge, whose ends are right, from a straight line [px].
 _BENT = 0.02
+# When the camera's place is looked at from which triangles may be seen.
+_CAMERA_TIMES = (-1.0, -0.5, 0.0, 0.5, 1.0)
+# Length of the edges by which that is told [px], and their directions.
+_SHORT_PX = 16.0
+_WAYS = np.array([way for way in product((-1.0, 0.0, 1.0), repeat=3) if way > (0.0, 0.0, 0.0)])
+_WAYS /= np.linalg.norm(_WAYS, axis=1, keepdims=True)
 
 
 @dataclass(frozen=True)
@@ -104,6 +111,17 @@ class PoseMotion:
         """(4, 4) camera_from_body at a time."""
         return self.pose + time * (self.rate + time * (self.change + time * self.third))
 
+    @property
+    def camera_in_body(self) -> tuple[Array, float]:
+        """Places (n, 3) of the camera while the rows are exposed, body axes, and how far it is off
+        straight lines between them [m]."""
+        poses = np.array([self.at(time) for time in _CAMERA_TIMES])
+        places = -np.linalg.solve(poses[:, :3, :3], poses[:, :3, 3:])[..., 0]
+        # An arc leaves its chords by an eighth of its second difference; twice that where it is
+        # uneven.
+        bends = np.linalg.norm(places[2:] - 2.0 * places[1:-1] + places[:-2], axis=1)
+        return places, 0.25 * float(bends.max())
+
     def sag(self, camera: Camera, extent: float) -> float:
         """How far an outline may bulge between points of it that are far apart [px].
 
@@ -115,7 +133,7 @@ class PoseMotion:
     def row_times(self, places: Array) -> Array:
         """(n,) when the rows are exposed that places (n, 3), body axes [m], are seen in then."""
         still, rate, change, third = self._of(places)
-        slope, offset = self.line
+        slope, _ = self.line
         times = np.zeros(len(places))
         for _ in range(_STEPS):
             t = times[:, None]
@@ -124,12 +142,17 @@ class PoseMotion:
             _, v, w = (rate + t * (2.0 * change + 3.0 * t * third)).T
             z = np.maximum(z, 1e-3)
             runs = 1.0 - slope * (v * z - y * w) / (z * z)
-            seen = slope * y / z + offset
-            if self.curve is not None:
-                seen = rows_on(self.curve, places_seen)
+            seen = self.times_of(places_seen)
             step = (seen - times) / np.maximum(runs, _SLOWEST)
             times = np.clip(times + step, -_FARTHEST, _FARTHEST)
         return times
+
+    def times_of(self, sights: Array) -> Array:
+        """(n,) when the rows are exposed that lines of sight (n, 3) end in, camera axes."""
+        if self.curve is not None:
+            return rows_on(self.curve, sights)
+        slope, offset = self.line
+        return np.asarray(slope * sights[:, 1] / np.maximum(sights[:, 2], 1e-3) + offset)
 
     def moved(self, places: Array) -> Array:
         """(n, 3) places, body axes [m], each at its row's own time, camera axes [m]."""
@@ -168,8 +191,10 @@ def pose_motion(
     joint_rates = _joint_rates(*meshes)
     nearest = _nearest(pose, meshes[1])
     turn = float(np.linalg.norm(rate[:3, :3], 2)) + float(np.linalg.norm(rate[:3, 3])) / nearest
+    joint_turn = 0.0
     if joint_rates is not None:
-        turn += float(np.linalg.norm(joint_rates[:, :3, :3], 2, axis=(1, 2)).max())
+        joint_turn = float(np.linalg.norm(joint_rates[:, :3, :3], 2, axis=(1, 2)).max())
+    turn += joint_turn
     count = clock.end - clock.first
     per_row = max(2.0 * turn / count, 1e-12)
     # What goes with the square of the time [px]: over n rows a middle stays behind by the square of
@@ -177,9 +202,7 @@ def pose_motion(
     bulge = float(np.linalg.norm(change[:3, 3]))
     bulge += meshes[1].radius * float(np.linalg.norm(change[:3, :3], 2))
     bulge = max(bulge * camera.focal_length_px / nearest, 1e-12)
-    # Over n rows that of what turns stays behind by a quarter of the turn times n^2.
-    straight = min(float(np.sqrt(4.0 * _BENT / per_row)), count * float(np.sqrt(_BENT / bulge)))
-    return PoseMotion(
+    motion = PoseMotion(
         pose=pose,
         rate=rate,
         change=change,
@@ -190,8 +213,57 @@ def pose_motion(
         joint_rates=joint_rates,
         turn=per_row,
         bulge=bulge,
-        bend=straight * nearest / camera.focal_length_px,
+        bend=np.inf,
     )
+    pinhole = camera if field is None else field.pinhole
+    bent = _bent(motion, pinhole, _box(clock, pinhole, field, meshes[1], pose), meshes[1])
+    # Over n rows the middle of what turns stays behind by a quarter of the turn times n^2.
+    bent += 0.5 * joint_turn / count * (camera.focal_length_px / nearest) ** 2
+    return replace(motion, bend=float(np.sqrt(_BENT / max(bent, 1e-12))))
+
+
+def _box(
+    clock: RowClock, pinhole: Camera, field: PinholeField | None, mesh: PosedMesh, pose: Array
+) -> tuple[Array, Array]:
+    """Columns and rows of a pinhole's image between which a body is seen there [px].
+
+    pose : (4, 4) camera_from_body
+    """
+    low, high = np.zeros(2), np.array([pinhole.detector.width, pinhole.detector.height], float)
+    if field is None:
+        low[1], high[1] = clock.first, clock.end
+    hull = pinhole.project(mesh.hull @ pose[:3, :3].T + pose[:3, 3])
+    if np.isfinite(hull).all():
+        low, high = (np.clip(one, low, high) for one in (hull.min(axis=0), hull.max(axis=0)))
+    return low, high
+
+
+def _bent(motion: PoseMotion, pinhole: Camera, box: tuple[Array, Array], mesh: PosedMesh) -> float:
+    """How far the middle of an edge's image is off the line through its ends, at most, for the
+    square of the edge's length [px m-2].
+
+    Of short edges in many directions, at several places of an image and depths of a body.
+
+    box : that is seen of the image [px]
+    """
+    depths = mesh.hull @ motion.pose[2, :3] + motion.pose[2, 3]
+    nearest = max(float(depths.min()), 0.1 * mesh.radius)
+    shares = np.stack(np.meshgrid(*3 * [[0.0, 0.5, 1.0]], indexing="ij"), axis=-1).reshape(-1, 3)
+    sights = pinhole.rays(box[0] + shares[:, :2] * (box[1] - box[0]))
+    depth = nearest + shares[:, 2] * (max(float(depths.max()), nearest) - nearest)
+    seen = sights * (depth / sights[:, 2])[:, None]
+    back = np.linalg.inv([motion.at(time) for time in motion.times_of(seen)])
+    places = np.einsum("nij,nj->ni", back[:, :3, :3], seen) + back[:, :3, 3]
+    half = 0.5 * _SHORT_PX / pinhole.focal_length_px * depth
+    ways = np.einsum("nij,kj->kni", back[:, :3, :3], _WAYS) * half[:, None]
+    ends = [motion.moved((places + side * ways).reshape(-1, 3)) for side in (-1.0, 0.0, 1.0)]
+    a, b, c = (pinhole.focal_length_px * p[:, :2] / np.maximum(p[:, 2:], 1e-3) for p in ends)
+    along, off = c - a, b - a
+    # Of edges that are seen end on, no more than from their middle.
+    area = np.abs(along[:, 0] * off[:, 1] - along[:, 1] * off[:, 0])
+    sag = area / np.maximum(np.linalg.norm(along, axis=1), 1e-9)
+    sag = np.minimum(sag, np.linalg.norm(off - 0.5 * along, axis=1))
+    return float((sag / np.tile((2.0 * half) ** 2, len(_WAYS))).max())
 
 
 @dataclass(frozen=True)

@@ -44,6 +44,7 @@ LONGEST_UNEVEN = 160.0
 _MISPLACED = 0.01
 # How far an arc may leave the parabola through its ends and its middle [px].
 _OFF_ARC = 0.05
+_ARC = 125.0
 # Numbers of snapshots whose edges and middles are among the times at which outlines are compared.
 _COUNTS = (1, 2, 3, 4, 6, 8, 9, 12, 18, 24, 36)
 _STEPS = 144
@@ -80,6 +81,23 @@ def snapshot_count(
         uneven = max(uneven, _uneven((first, middle, last), name, body, exposed))
         turning = max(turning, _of_outline(states, name, body, exposed))
     count = max(lit, way, against / LARGEST_STEP, uneven, turning)
+    return int(np.clip(np.ceil(count), 1, MAX_PARTS))
+
+
+def count_behind(states: Sequence[SceneState], name: str, way: float) -> int:
+    """Of what is behind spacecraft.
+
+    states : from the start to the end
+    way : how far it moves in that time, at most [px]
+    """
+    cameras = [state.cameras[name] for state in states]
+    turns = Rotation.from_matrix([one.R_camera_from_icrf for one in cameras])
+    turn = np.abs((turns[1:] * turns[:-1].inv()).as_rotvec()).sum(axis=0)
+    d, focal = cameras[0].camera.detector, cameras[0].camera.focal_length_px
+    # Third derivatives of a corner's way about the boresight, and of a tangent on the boresight.
+    third = 0.5 * float(np.hypot(d.width, d.height)) * turn[2] ** 3
+    third += 2.0 * focal * float(np.hypot(turn[0], turn[1])) ** 3
+    count = max(way / LONGEST_WAY, float(np.cbrt(third / (_ARC * _OFF_ARC))))
     return int(np.clip(np.ceil(count), 1, MAX_PARTS))
 
 
@@ -169,13 +187,13 @@ def _of_outline(states: Sequence[SceneState], name: str, body: str, exposed: flo
 def _of_arcs(places: Array, in_view: Array) -> float:
     """How many snapshots it takes until corners leave the parabolas of their ways by little.
 
-    The third derivative d of a place leaves (t^3 - t / 4) d / 6 of t from -1/2 to 1/2, d / 125 at
-    most, and the cube of their number less of that in each of several snapshots.
+    The third derivative d of a place leaves (t^3 - t / 4) d / 6 of t from -1/2 to 1/2, d over
+    ``_ARC`` at most, and the cube of their number less of that in each of several snapshots.
     """
     step = _STEPS // 12
     third = np.linalg.norm(np.diff(places[::step], n=3, axis=0), axis=-1) * 12.0**3
     seen = in_view[::step][: len(third)]
-    return float(np.cbrt((third * seen).max() / (125.0 * _OFF_ARC)))
+    return float(np.cbrt((third * seen).max() / (_ARC * _OFF_ARC)))
 
 
 def _misplaced(places: Array, in_view: Array, count: int) -> Array:

@@ -57,7 +57,7 @@ def test_fronts_are_chosen_and_backs_are_not(
     angle: float, place: tuple[float, float, float]
 ) -> None:
     posed = opened(angle)
-    numbers = facing_triangles(posed, np.array(place))
+    numbers = facing_triangles(posed, np.array([place]))
     chosen = np.zeros(len(posed.mesh.triangles), dtype=bool)
     chosen[numbers] = True
     assert chosen.sum() == numbers.size  # each once

@@ -50,7 +50,7 @@ with simgl.Simulator(scenario) as simulator:
     frame()
     print("frame", spent(frame))
 large = PosedMesh(mesh=sphere(1.0, 512), joints=(), motion=None)
-facing = lambda: facing_triangles(large, np.array([0.0, 0.0, 3.0]))
+facing = lambda: facing_triangles(large, np.array([[0.0, 0.0, 3.0]]))
 facing()
 print("facing", spent(facing))
 square = np.ones((512, 512))
