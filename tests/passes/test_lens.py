@@ -17,9 +17,8 @@ from simgl.camera.lens import Vignetting
 from simgl.camera.point_spread import Spread
 from simgl.camera.projections import Distortion
 from simgl.camera_pipeline import CameraPipeline
-from simgl.gpu.render_targets import Format, ImageTarget
+from simgl.gpu.render_targets import Area, Format, ImageTarget
 from simgl.images import ElectronFrame, RadianceFrame, TruthFrame
-from simgl.passes.spread import Area
 from simgl.simulator import Capture, Product, Simulator
 from tests.camera.cameras import DIFFRACTION, camera
 from tests.reference.optics import image_irradiance
