@@ -204,7 +204,7 @@ class Spread:
             far = (1.0 - glare) * far + glare * (self.mixing @ means)[:, None, None]
             for plane in near:
                 plane *= np.float32(1.0 - glare)
-        sharp = self._ghosts_beside(far, window, planes, sun)
+        sharp = self._sharp_ghosts(far, window, planes, sun)
         return SpreadLight(window=window, near=tuple(near), far=far, sharp=sharp)
 
     def spectra(self) -> SpreadSpectra:
@@ -240,7 +240,7 @@ class Spread:
         window, planes : of ``sun_window``, and the light there
         """
         far = np.zeros((len(results), *(-(-pixels // CELL) for pixels in window.size)))
-        sharp = self._ghosts_beside(far, window, planes, sun)
+        sharp = self._sharp_ghosts(far, window, planes, sun)
         for index, (result, coarse) in enumerate(zip(results, far, strict=True)):
             add_coarse(result, coarse)
             _add_sharp(result, sharp, index)
@@ -257,7 +257,7 @@ class Spread:
         d = self._camera.detector
         return Window(rows=rows, columns=columns, size=(d.height, d.width))
 
-    def _ghosts_beside(
+    def _sharp_ghosts(
         self, far: Array, window: Window, planes: Sequence[Array32], sun: SunInCamera | None
     ) -> tuple[GhostDisc, ...]:
         """The Sun's ghosts but for those with soft edges, which are added to what has come far."""

@@ -4,7 +4,7 @@
 ``osmesa``: the fallback without EGL). ``glsl`` assembles shader files, ``program`` compiles and
 checks them while ``held_signals`` keeps signals out of moderngl, ``uniform_blocks`` generates GLSL
 from numpy dtypes. ``fullscreen``, ``tile_quads`` (by ``triangles``) and
-``vertex_buffers`` draw; ``pipeline_state`` sets the complete state of a draw; ``render_targets``
+``vertex_buffers`` draw; ``compute_program`` computes, ``fourier`` transforms; ``pipeline_state`` sets the complete state of a draw; ``render_targets``
 holds textures and framebuffers, ``texture_levels`` textures with given levels, ``mesh_tables``
 meshes as textures; ``timers`` measures passes.
 

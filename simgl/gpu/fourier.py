@@ -106,7 +106,7 @@ class FourierTransforms:
         if (radix, along_rows) not in self._steps:
             self._steps[radix, along_rows] = ComputeProgram(
                 self._ctx,
-                "fourier/step",
+                "common/fourier_step",
                 parameters=("size", "done", "sense"),
                 defines={"RADIX": radix} | ({"ALONG_ROWS": 1} if along_rows else {}),
             )

@@ -4,7 +4,7 @@
 digital numbers. In the order of a frame: ``shadow`` and ``lamp_shadow`` (shadow maps),
 ``interreflection`` (light at vertices), ``visibility``, ``gbuffer``, ``reference_gather`` (the same
 light by rays), ``surface`` (shading), ``resolve`` and ``warp`` (to pixels), ``motion_sweep`` and
-``average`` (an exposure), ``thermal`` (thermal radiance), ``truth``; then ``optics``, ``spread``,
+``average`` (an exposure), ``thermal`` (thermal radiance), ``truth``; then ``optics``, ``spread`` or ``compute_spread``,
 ``exposure``, ``readout``; ``display`` and ``inset`` fill a window. ``background`` draws Earth and
 sky.
 

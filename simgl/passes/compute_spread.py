@@ -238,19 +238,24 @@ class ComputeSpreadPass:
         self, lens: _Lens, radiance: ImageTarget, sun: SunInCamera | None
     ) -> moderngl.Buffer | None:
         """(results, height, width) light of what is too bright for single precision, and ghosts."""
+        bright = self._bright_area()
+        window = None if sun is None else lens.spread.sun_window(sun)
+        if bright is None and window is None:
+            return None
         columns, rows = radiance.size
         results = np.zeros((len(lens.spread.mixing), rows, columns), dtype=np.float32)
-        wait_for_draws(self._ctx)
-        left, top, right, bottom = np.frombuffer(self._bright.read(), dtype=np.int32).tolist()
-        if left <= right:
-            area = left, top, right + 1 - left, bottom + 1 - top
-            lens.spread.add_excess(results, (top, left), self._excess(lens, radiance, area))
-        window = None if sun is None else lens.spread.sun_window(sun)
+        if bright is not None:
+            excess = self._excess(lens, radiance, bright)
+            lens.spread.add_excess(results, (bright[1], bright[0]), excess)
         if sun is not None and window is not None:
             lens.spread.add_ghosts(results, window, self._seen(lens, radiance, window), sun)
-        elif left > right:
-            return None
         return self._ctx.buffer(results.tobytes())
+
+    def _bright_area(self) -> Area | None:
+        """What holds all pixels beyond the limits."""
+        wait_for_draws(self._ctx)
+        left, top, right, bottom = np.frombuffer(self._bright.read(), dtype=np.int32).tolist()
+        return (left, top, right + 1 - left, bottom + 1 - top) if left <= right else None
 
     def _excess(self, lens: _Lens, radiance: ImageTarget, area: Area) -> Array:
         """(zones, planes, rows, columns) light of the pixels beyond the limits.
