@@ -41,8 +41,8 @@ LIMITS_S = {
     "unpack": 60.0,
     "doctor": 30.0,
     "fill": 180.0,
-    "bench": 240.0,
-    "ways": 30.0,
+    "bench": 210.0,
+    "ways": 90.0,
     "tests": 180.0,
 }
 

@@ -1,7 +1,8 @@
 """``python -m benchmarks.gpu.ways``: work that a GPU may do itself or leave to the CPU, both ways.
 
-Prints JSON: for each piece of work and way the median and 90th percentile of its time, with all
-that it draws, and how far the results lie apart, as a fraction of the peak. Ways take turns.
+Prints JSON. For a lens that spreads light: the median and 90th percentile of the time by each way,
+and how far the images lie apart, as a fraction of the peak; ways take turns. For scenes: frames
+with all such work on the CPU, and by compute shaders; their median and those of their passes.
 """
 
 from __future__ import annotations
@@ -11,11 +12,15 @@ import json
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from unittest.mock import patch
 
 import moderngl
 import numpy as np
 
+from simgl import Simulator, load_scenario
 from simgl.arrays import Array32
+from simgl.bench.frame_times import FrameLoop, epochs_of, frame_statistics
+from simgl.bench.scenes import bench_scenes
 from simgl.camera.camera import Camera, Detector, Lens
 from simgl.camera.camera_equation import square_electrons_per_irradiance
 from simgl.camera.detector import Mosaic
@@ -31,6 +36,9 @@ _MOSAIC = Mosaic(
     order="GRBG", red=(0.6, 0.1, 0.0, 0.3), green=(0.1, 0.5, 0.1, 0.3), blue=(0.0, 0.1, 0.4, 0.2)
 )
 _BEFORE = 3
+# What spreads light and what has many vertices, and seconds at most for the frames of each.
+_SCENES = ("reference_1280", "camera_1280", "source_600")
+_LIMIT_S = 8.0
 
 
 def _camera(size: tuple[int, int], mosaic: Mosaic | None) -> Camera:
@@ -108,6 +116,28 @@ def spread(
     return {**times, "difference": float(f"{difference:.2g}")}
 
 
+def frames(ctx: moderngl.Context, scene: str, count: int) -> dict[str, object]:
+    """Frames 0.1 s apart by each way [ms]."""
+    found: dict[str, object] = {}
+    bench_scene = bench_scenes()[scene]
+    for name, by_compute in (("cpu", False), ("compute", True)):
+        scenario = load_scenario(bench_scene.path)
+        epochs = epochs_of(scenario, 2 * count, 0.1)
+        with (
+            patch("simgl.camera_pipeline.prefers_compute", lambda _, way=by_compute: way),
+            patch("simgl.passes.interreflection.prefers_compute", lambda _, way=by_compute: way),
+            Simulator(scenario, ctx) as simulator,
+        ):
+            loop = FrameLoop(simulator, bench_scene.cameras, epochs, _LIMIT_S)
+            loop.warm_up()
+            seconds, passes = loop.frame_seconds(count), loop.pass_seconds(count)
+        found[name] = {
+            "p50_ms": frame_statistics(seconds).p50,
+            **{f"{one}_p50_ms": frame_statistics(passes[one]).p50 for one in sorted(passes)},
+        }
+    return found
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rounds", type=int, default=40)
@@ -118,6 +148,7 @@ def main() -> None:
             "spread, 1280 x 960": spread(ctx, (1280, 960), None, rounds),
             "spread, 1280 x 960, colour": spread(ctx, (1280, 960), _MOSAIC, rounds),
             "spread, 2048 x 2048": spread(ctx, (2048, 2048), None, rounds),
+            **{f"frames of {scene}": frames(ctx, scene, rounds) for scene in _SCENES},
         }
     print(json.dumps(results))
 
