@@ -10,7 +10,7 @@ light by rays), ``surface`` (shading), ``resolve`` and ``warp`` (to pixels), ``m
 
 Shared modules: ``drawn_spacecraft`` and ``shading_points`` (what is handed from pass to pass),
 ``shared_blocks`` (uniform blocks), ``mesh_store``, ``texture_store``, ``outline_program``,
-``albedo_table``. A pass imports these, ``gpu`` and ``view``, never another pass.
+``albedo_table``, ``vertex_sums``. A pass imports these, ``gpu`` and ``view``, never another pass.
 
 A new pass: a class with ``draw`` and ``release``, a folder of that name in ``shaders/``, a line in
 the renderer.
