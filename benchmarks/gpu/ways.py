@@ -118,7 +118,7 @@ def spread(
 
 def frames(ctx: moderngl.Context, scene: str, count: int) -> dict[str, object]:
     """Frames 0.1 s apart by each way [ms]."""
-    found: dict[str, object] = {}
+    by_way: dict[str, object] = {}
     bench_scene = bench_scenes()[scene]
     for name, by_compute in (("cpu", False), ("compute", True)):
         scenario = load_scenario(bench_scene.path)
@@ -131,11 +131,11 @@ def frames(ctx: moderngl.Context, scene: str, count: int) -> dict[str, object]:
             loop = FrameLoop(simulator, bench_scene.cameras, epochs, _LIMIT_S)
             loop.warm_up()
             seconds, passes = loop.frame_seconds(count), loop.pass_seconds(count)
-        found[name] = {
+        by_way[name] = {
             "p50_ms": frame_statistics(seconds).p50,
             **{f"{one}_p50_ms": frame_statistics(passes[one]).p50 for one in sorted(passes)},
         }
-    return found
+    return by_way
 
 
 def main() -> None:

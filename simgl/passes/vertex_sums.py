@@ -52,13 +52,13 @@ class _Gathering:
 
     def __init__(self, ctx: moderngl.Context, transport: LightTransport) -> None:
         matrix = transport.of_vertices
-        seen, whole = matrix.open_sky
+        seen, complement = matrix.open_sky
         self.points, self.rows = matrix.gather.shape[0], len(matrix.rows)
         self.patches = _sparse(ctx, matrix.gather)
         self.sky = _sparse(ctx, seen)
         self.point_of_row = _buffer(ctx, matrix.rows.astype(np.uint32))
         self.sky_row = _buffer(ctx, matrix.sky_rays_row.astype(np.uint32))
-        self.whole = _buffer(ctx, whole)
+        self.complement = _buffer(ctx, complement)
         self.no_sky = _buffer(ctx, np.ones(self.points, dtype=np.float32))
         self.corners, self.nodes = None, 0
         if transport.grids is not None:
@@ -68,7 +68,7 @@ class _Gathering:
     @property
     def _buffers(self) -> list[moderngl.Buffer]:
         corners = [] if self.corners is None else [self.corners]
-        others = self.point_of_row, self.sky_row, self.whole, self.no_sky
+        others = self.point_of_row, self.sky_row, self.complement, self.no_sky
         return [*self.patches, *self.sky, *others, *corners]
 
     @property
@@ -162,7 +162,7 @@ class VertexSums:
             self._written("cells", bands),
             self._written("free", per_free),
             of_body.sky_row,
-            of_body.whole,
+            of_body.complement,
             share,
         )
         self._program("sky", (), ("points",)).run(
