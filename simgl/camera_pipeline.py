@@ -3,24 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import moderngl
-import numpy as np
 
-from simgl.arrays import Array, Array32
+from simgl.arrays import Array
 from simgl.camera.camera import Camera
 from simgl.camera.camera_equation import square_electrons_per_irradiance
-from simgl.camera.convolution import WORKERS
 from simgl.camera.point_spread import SunInCamera, has_spread
+from simgl.gpu.context import prefers_compute
 from simgl.gpu.release import all_or_nothing, release_all
-from simgl.gpu.render_targets import Format, ImageTarget, TargetStore
+from simgl.gpu.render_targets import Area, Format, ImageTarget, TargetStore
 from simgl.gpu.timers import PassTimer
+from simgl.passes.compute_spread import ComputeSpreadPass
 from simgl.passes.exposure import ELECTRONS_FORMAT, ExposurePass
 from simgl.passes.optics import OpticsPass
 from simgl.passes.readout import DN_FORMAT, ReadoutPass
-from simgl.passes.spread import Area, SpreadPass
+from simgl.passes.spread import SpreadPass
 
 _BANDS = (Format("f4", 4),)
 _ELECTRONS = (ELECTRONS_FORMAT,)
@@ -54,8 +53,7 @@ class CameraPipeline:
         self._ctx = ctx
         self._timer = PassTimer(ctx) if timer is None else timer
         self._optics = OpticsPass(ctx)
-        self._executor = ThreadPoolExecutor(WORKERS, thread_name_prefix="simgl-convolution")
-        self._spread = SpreadPass(self._executor)
+        self._spread = ComputeSpreadPass(ctx) if prefers_compute(ctx) else SpreadPass()
         self._exposure = ExposurePass(ctx)
         self._detector = ReadoutPass(ctx)
         self._targets = TargetStore(ctx)
@@ -70,7 +68,7 @@ class CameraPipeline:
         target = self._target("irradiance", camera, _BANDS)
         if has_spread(camera):
             with self._timer.measure("spread"):
-                target.textures[0].write(self._spread.bands(camera, sun, radiance).data)
+                self._spread.bands(camera, sun, radiance, target)
         else:
             with self._timer.measure("optics"):
                 self._optics.draw(camera, radiance.textures[0], target.framebuffer)
@@ -93,7 +91,8 @@ class CameraPipeline:
         """
         target = self._target("electrons", camera, _ELECTRONS)
         if has_spread(camera):
-            target.write(self._spread_electrons(camera, photons_per_joule, radiance, sun, lit_area))
+            light = camera, photons_per_joule, radiance, sun
+            self._spread_electrons(*light, target, lit_area=lit_area)
             return target
         relative = self._optics.relative_illumination(camera)
         seen = radiance.textures[0]
@@ -110,14 +109,9 @@ class CameraPipeline:
         """
         target = self._target("electrons", camera, _ELECTRONS)
         if has_spread(camera):
-            d = camera.detector
-            total = np.zeros((d.height, d.width), dtype=np.float32)
-            for part in parts:
-                light = self._spread_electrons(
-                    part.camera, part.photons_per_joule, part.radiance, part.sun
-                )
-                total += light
-            target.write(total)
+            for number, part in enumerate(parts):
+                light = part.camera, part.photons_per_joule, part.radiance, part.sun
+                self._spread_electrons(*light, target, adds=number > 0)
             return target
         relative = self._optics.relative_illumination(camera)
         target.blacken()
@@ -139,12 +133,17 @@ class CameraPipeline:
         photons_per_joule: Array,
         radiance: ImageTarget,
         sun: SunInCamera | None,
+        target: ImageTarget,
+        *,
         lit_area: Area | None = None,
-    ) -> Array32:
+        adds: bool = False,
+    ) -> None:
         one_second = replace(camera, exposure_time=1.0)
         square = square_electrons_per_irradiance(one_second, photons_per_joule)
         with self._timer.measure("spread"):
-            return self._spread.electrons(camera, square, sun, radiance, lit_area)
+            self._spread.electrons(
+                camera, square, sun, radiance, target, lit_area=lit_area, adds=adds
+            )
 
     def electrons(
         self, camera: Camera, photons_per_joule: Array, irradiance: ImageTarget
@@ -181,8 +180,7 @@ class CameraPipeline:
 
     def release(self) -> None:
         """Free everything that this imager made."""
-        self._executor.shutdown()
-        owners = self._targets, self._optics, self._exposure, self._detector
+        owners = self._targets, self._optics, self._spread, self._exposure, self._detector
         release_all(self._ctx, *owners)
 
     def __enter__(self) -> CameraPipeline:

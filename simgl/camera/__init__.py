@@ -18,6 +18,6 @@ rolling_shutter, noise_streams, blooming, particle_hits, demosaic
                                 row timing, random numbers, charge effects, colour images from DN
 
 Imports ``config``, ``motion`` and lower layers. The GPU parts are simgl/passes/optics, spread,
-exposure and readout. A new effect gets its key in a schema, its field in lens or detector, and its
-formula here or in the pass.
+compute_spread, exposure and readout. A new effect gets its key in a schema, its field in lens or
+detector, and its formula here or in the pass.
 """

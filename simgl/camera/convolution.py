@@ -100,7 +100,7 @@ class Convolver:
         self._transfers: dict[tuple[int, int], dict[int, AnyArray]] = {}
         self._transfers_of((height, width))
         self._tails = mixing * np.array([kernel.tail for kernel in kernels[0]])
-        self._coarse_padded = _fast_size((2 * -(-height // CELL), 2 * -(-width // CELL)), 0)
+        self._coarse_padded = coarse_size((height, width))
         self._tail_transfer = _tail_transfer(self._coarse_padded, self._reach)
 
     @property
@@ -161,6 +161,34 @@ class Convolver:
                     if mix[p] > 0.0:
                         patch.add_to(result, mix[p])
         return results
+
+    def core_spectra(self) -> tuple[tuple[int, int], list[AnyArray]]:
+        """Size of the transforms of a whole image, and the spectrum of each plane's core, zone by
+        zone: (rows, columns / 2 + 1), divided by the number of pixels."""
+        size = self._height, self._width
+        transfers = self._transfers_of(size)
+        spectra = [transfers[id(kernel)] for zone in self._kernels for kernel in zone]
+        return self._padded(size), spectra
+
+    def tail_spectra(self) -> list[Array]:
+        """Of each plane on the coarse grid, of ``coarse_size``, divided by its number of cells."""
+        down, across = self._coarse_padded
+        return [kernel.tail / (down * across) * self._tail_transfer for kernel in self._kernels[0]]
+
+    def add_excess(self, results: Sequence[Array32], place: tuple[int, int], excess: Array) -> None:
+        """Add to the results of ``cores`` for a whole image what pixels beyond the limits bring.
+
+        place : row and column of the first of a rectangle of pixels
+        excess : (zones, planes, rows, columns) their light; 0 for the others
+        """
+        for kernels, of_zone in zip(self._kernels, excess, strict=True):
+            for kernel, light, mix in zip(kernels, of_zone, self._mixing.T, strict=True):
+                if not light.any():
+                    continue
+                patch = _convolved_patch(_Patch(*place, light), kernel)
+                for result, share in zip(results, mix.tolist(), strict=True):
+                    if share > 0.0:
+                        patch.add_to(result, share)
 
     def _padded(self, shape: tuple[int, ...]) -> tuple[int, int]:
         """Size of the transforms of a window."""
@@ -313,6 +341,12 @@ def _between(pixels: int) -> scipy.sparse.csr_array:
     places = np.tile(np.arange(pixels), 2), np.concatenate([left, right])
     weights = np.concatenate([1.0 - (at - left), at - left]).astype(np.float32)
     return scipy.sparse.csr_array((weights, places), shape=(pixels, cells))
+
+
+def coarse_size(image: tuple[int, int]) -> tuple[int, int]:
+    """Size of the transforms on the coarse grid of an image, which has twice its cells."""
+    rows, columns = (2 * -(-pixels // CELL) for pixels in image)
+    return _fast_size((rows, columns), 0)
 
 
 def _fast_size(shape: tuple[int, int], margin: int) -> tuple[int, int]:

@@ -8,21 +8,24 @@ the kernel of white; the cores of the bands are a least-squares fit.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Iterable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from simgl.arrays import Array, Array32, IndexArray
+from simgl.arrays import Array, Array32, IndexArray, Mask
 from simgl.camera.camera import Camera
 from simgl.camera.camera_equation import irradiance_per_radiance
 from simgl.camera.convolution import (
     CELL,
     Convolver,
+    Spectrum,
     Window,
+    add_coarse,
     between_cells,
     coarse_light,
+    coarse_size,
     lit_window,
 )
 from simgl.camera.ghosts import GhostDisc, add_discs, ghosts
@@ -53,6 +56,24 @@ class SunInCamera:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class SpreadSpectra:
+    """Spectra of the kernels of a spread, for transforms of whole images.
+
+    near_size, far_size : of those of what is near to its source, and of the coarse grid of what has
+        come far, with veiling glare: rows, columns
+    near : (zones * planes, rows, columns / 2 + 1), zone by zone; None where nothing is spread
+    far : (planes, rows, columns / 2 + 1)
+    near_share : of what is near
+    """
+
+    near_size: tuple[int, int]
+    near: Spectrum | None
+    far_size: tuple[int, int]
+    far: Spectrum
+    near_share: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class SpreadLight:
     """Results of a spread: what is near to its source, and what has come far.
 
@@ -70,7 +91,7 @@ class SpreadLight:
         """(height, width) one of the results."""
         image = between_cells(self.far[result], Window.full(self.window.size))
         image[self.window.pixels] += self.near[result]
-        self._add_sharp(image, result)
+        _add_sharp(image, self.sharp, result)
         return image
 
     def mosaic(self, results: IndexArray) -> Array32:
@@ -95,13 +116,9 @@ class SpreadLight:
             within[near] += self.near[result][near]
             if self.sharp:
                 ghosts_only = np.zeros(size, dtype=np.float32)
-                self._add_sharp(ghosts_only, result)
+                _add_sharp(ghosts_only, self.sharp, result)
                 mosaic[every] += ghosts_only[every]
         return mosaic
-
-    def _add_sharp(self, image: Array32, result: int) -> None:
-        of_result = [replace(disc, power=disc.power[[result]]) for disc in self.sharp]
-        add_discs([image], of_result, 1)
 
 
 class Spread:
@@ -111,6 +128,9 @@ class Spread:
     executor : processes planes in parallel; None for one after the other
 
     mixture : (planes, 4) weights of the bands in the planes that ``apply`` takes, non-negative
+    mixing : (results, planes) how much each plane, spread, counts in each result
+    zones : (height, width) weight of each zone in each pixel; None for 1 everywhere
+    limits : of each plane; what is brighter is convolved in double precision
     """
 
     def __init__(
@@ -125,26 +145,26 @@ class Spread:
         kernels = zones or []
         if zones is None or zones[0][0].tail == zones[0][3].tail:
             # All bands have the same kernel.
-            self.mixture, self._mixing = self._outcome, np.eye(len(self._outcome))
+            self.mixture, self.mixing = self._outcome, np.eye(len(self._outcome))
             kernels = [row[:1] * len(self._outcome) for row in kernels]
         elif len(self._outcome) == 1:
             (single,), shares = self._outcome, _shares(zones[0])
-            self.mixture, self._mixing = single * shares, np.ones((1, 2))
+            self.mixture, self.mixing = single * shares, np.ones((1, 2))
             kernels = [list(_pair(row, shares, single * light)) for row in zones]
         else:
-            self.mixture, self._mixing = np.eye(4), self._outcome
-        self._zones = None if zones is None else _zone_weights(camera)
+            self.mixture, self.mixing = np.eye(4), self._outcome
+        self.zones: list[Array32 | None] = [None] if zones is None else _zone_weights(camera)
         self._convolver = None
         if zones is not None:
-            self._convolver = Convolver(kernels, self._mixing, d.width, d.height, executor)
+            self._convolver = Convolver(kernels, self.mixing, d.width, d.height, executor)
         plate = irradiance_per_radiance(camera) * (light / np.pi)
-        self._limits = BRIGHT_PLATES * self.mixture @ plate
+        self.limits = BRIGHT_PLATES * self.mixture @ plate
         self._ghosts = ghosts(camera.lens.surfaces, camera.lens.focal_length)
 
     @property
     def nbytes(self) -> int:
         """Size of its kernels, their spectra and the weights of its zones."""
-        zones = sum(zone.nbytes for zone in self._zones or () if zone is not None)
+        zones = sum(zone.nbytes for zone in self.zones if zone is not None)
         return zones + (0 if self._convolver is None else self._convolver.nbytes)
 
     def apply(self, planes: Sequence[Array32], sun: SunInCamera | None = None) -> list[Array32]:
@@ -174,22 +194,90 @@ class Spread:
             near = [plane.copy() for plane in planes]
             far = np.zeros_like(coarse)
         else:
-            assert self._zones is not None
-            zones = [None if zone is None else zone[window.pixels] for zone in self._zones]
-            near = self._convolver.cores(planes, zones, self._limits)
+            zones = [None if zone is None else zone[window.pixels] for zone in self.zones]
+            near = self._convolver.cores(planes, zones, self.limits)
             far = self._convolver.tails(coarse)
         glare = self._camera.lens.veiling_glare
         if glare > 0.0:
             height, width = window.size
             means = coarse.sum(axis=(1, 2)) * CELL**2 / (height * width)
-            far = (1.0 - glare) * far + glare * (self._mixing @ means)[:, None, None]
+            far = (1.0 - glare) * far + glare * (self.mixing @ means)[:, None, None]
             for plane in near:
                 plane *= np.float32(1.0 - glare)
+        sharp = self._sharp_ghosts(far, window, planes, sun)
+        return SpreadLight(window=window, near=tuple(near), far=far, sharp=sharp)
+
+    def spectra(self) -> SpreadSpectra:
+        """What ``within`` does to a whole image, but for what lies beyond the limits and ghosts."""
+        d, glare = self._camera.detector, self._camera.lens.veiling_glare
+        near_size, near = (d.height, d.width), None
+        far_size = coarse_size(near_size)
+        far = np.zeros((len(self.mixture), far_size[0], far_size[1] // 2 + 1), dtype=np.complex64)
+        if self._convolver is not None:
+            near_size, cores = self._convolver.core_spectra()
+            near = np.stack(cores).astype(np.complex64)
+            far += (1.0 - glare) * np.stack(self._convolver.tail_spectra())
+        # The mean of a plane, from its sum.
+        far[:, 0, 0] += glare * CELL**2 / (d.height * d.width)
+        return SpreadSpectra(
+            near_size=near_size, near=near, far_size=far_size, far=far, near_share=1.0 - glare
+        )
+
+    def add_excess(self, results: Array32, place: tuple[int, int], excess: Array) -> None:
+        """Add to (results, height, width) what pixels beyond the limits bring.
+
+        place, excess : as of ``Convolver.add_excess``
+        """
+        if self._convolver is not None:
+            near_share = 1.0 - self._camera.lens.veiling_glare
+            self._convolver.add_excess(list(results), place, near_share * excess)
+
+    def add_ghosts(
+        self, results: Array32, window: Window, planes: Sequence[Array32], sun: SunInCamera
+    ) -> None:
+        """Add the Sun's ghosts to (results, height, width).
+
+        window, planes : of ``sun_window``, and the light there
+        """
+        far = np.zeros((len(results), *(-(-pixels // CELL) for pixels in window.size)))
+        sharp = self._sharp_ghosts(far, window, planes, sun)
+        for index, (result, coarse) in enumerate(zip(results, far, strict=True)):
+            add_coarse(result, coarse)
+            _add_sharp(result, sharp, index)
+
+    def sun_window(self, sun: SunInCamera) -> Window | None:
+        """What has to be known of an image to tell the Sun's ghosts; None if it makes none."""
+        if not self._makes_ghosts(sun):
+            return None
+        tangent, radius = self._image_of(sun)
+        row, column, _ = self._pixels_of_sun(tangent, radius)
+        rows, columns = (
+            slice(int(of[0]), int(of[-1]) + 1) if of.size else slice(0, 0) for of in (row, column)
+        )
+        d = self._camera.detector
+        return Window(rows=rows, columns=columns, size=(d.height, d.width))
+
+    def _sharp_ghosts(
+        self, far: Array, window: Window, planes: Sequence[Array32], sun: SunInCamera | None
+    ) -> tuple[GhostDisc, ...]:
+        """The Sun's ghosts but for those with soft edges, which are added to what has come far."""
         discs = [] if sun is None else self._discs(window, planes, sun)
         soft = [disc for disc in discs if disc.edge >= _SOFT_GHOST * CELL]
         add_discs(list(far), soft, CELL)
-        sharp = tuple(disc for disc in discs if disc not in soft)
-        return SpreadLight(window=window, near=tuple(near), far=far, sharp=sharp)
+        return tuple(disc for disc in discs if disc not in soft)
+
+    def _image_of(self, sun: SunInCamera) -> tuple[Array, float]:
+        """Tangents of the Sun's direction, and its radius [pixels]."""
+        radius = float(np.tan(sun.angular_radius)) * self._camera.focal_length_px
+        return sun.direction[:2] / sun.direction[2], radius
+
+    def _makes_ghosts(self, sun: SunInCamera) -> bool:
+        if not self._ghosts or sun.direction[2] <= 0.0:
+            return False
+        camera, d = self._camera, self._camera.detector
+        tangent, radius = self._image_of(sun)
+        off_axis = float(np.linalg.norm(tangent)) * camera.focal_length_px
+        return off_axis <= 0.5 * float(np.hypot(d.width, d.height)) + radius
 
     def _discs(
         self, window: Window, planes: Sequence[Array32], sun: SunInCamera
@@ -198,14 +286,10 @@ class Spread:
 
         Beyond that circle a lens hood is assumed to block the Sun.
         """
+        if not self._makes_ghosts(sun):
+            return []
         camera, d, lens = self._camera, self._camera.detector, self._camera.lens
-        tangent = sun.direction[:2] / sun.direction[2]
-        radius = float(np.tan(sun.angular_radius)) * camera.focal_length_px
-        off_axis = float(np.linalg.norm(tangent)) * camera.focal_length_px
-        if not self._ghosts or sun.direction[2] <= 0.0:
-            return []
-        if off_axis > 0.5 * np.hypot(d.width, d.height) + radius:
-            return []
+        tangent, radius = self._image_of(sun)
         pupil = 0.5 * lens.focal_length / lens.f_number
         collected = (
             sun.irradiance * sun.direction[2] * np.pi * pupil**2 * np.array(lens.transmission)
@@ -232,14 +316,7 @@ class Spread:
         self, window: Window, planes: Sequence[Array32], tangent: Array, radius: float
     ) -> float:
         """Fraction of the Sun's pixels that no spacecraft covers; 1 if it has none in the image."""
-        d = self._camera.detector
-        x, y = self._camera.project(np.array([*tangent, 1.0]))
-        if np.isnan(x):
-            return 1.0
-        reach = max(0.9 * radius, 0.75)
-        row = np.arange(max(int(y - reach), 0), min(int(y + reach) + 1, d.height))
-        column = np.arange(max(int(x - reach), 0), min(int(x + reach) + 1, d.width))
-        inside = np.hypot((row + 0.5 - y)[:, None], column + 0.5 - x) <= reach
+        row, column, inside = self._pixels_of_sun(tangent, radius)
         if not inside.any():
             return 1.0
         # Outside the window all is black.
@@ -249,14 +326,41 @@ class Spread:
         )
         part = np.ix_(row[lit_row] - window.rows.start, column[lit_column] - window.columns.start)
         seen = inside[np.ix_(lit_row, lit_column)]
-        bright = [plane[part][seen] > lim for plane, lim in zip(planes, self._limits, strict=True)]
+        bright = [plane[part][seen] > lim for plane, lim in zip(planes, self.limits, strict=True)]
         return float(np.any(bright, axis=0).sum() / inside.sum())
+
+    def _pixels_of_sun(self, tangent: Array, radius: float) -> tuple[IndexArray, IndexArray, Mask]:
+        """Rows and columns around the Sun's image, and which of their pixels are in it."""
+        d = self._camera.detector
+        x, y = self._camera.project(np.array([*tangent, 1.0]))
+        none = np.zeros(0, dtype=np.intp)
+        if np.isnan(x):
+            return none, none, np.zeros((0, 0), dtype=np.bool_)
+        reach = max(0.9 * radius, 0.75)
+        row = np.arange(max(int(y - reach), 0), min(int(y + reach) + 1, d.height))
+        column = np.arange(max(int(x - reach), 0), min(int(x + reach) + 1, d.width))
+        return row, column, np.hypot((row + 0.5 - y)[:, None], column + 0.5 - x) <= reach
+
+
+def spread_key(camera: Camera, weights: Array | None) -> Hashable:
+    """Equal where a ``Spread`` is.
+
+    Neither exposure time nor electronics count: a control loop may set them for every image.
+    """
+    detector, summed = camera.detector, None if weights is None else weights.tobytes()
+    return camera.lens, camera.geometry, detector.pixel_pitch, detector.bands, summed
 
 
 def has_spread(camera: Camera) -> bool:
     """Whether a camera's lens has a point spread, veiling glare or ghosts."""
     lens = camera.lens
     return lens.spread is not None or lens.veiling_glare > 0.0 or bool(lens.surfaces)
+
+
+def _add_sharp(image: Array32, discs: Iterable[GhostDisc], result: int) -> None:
+    """Add what discs bring of one of the results."""
+    of_result = [replace(disc, power=disc.power[[result]]) for disc in discs]
+    add_discs([image], of_result, 1)
 
 
 def _zone_kernels(camera: Camera) -> list[list[PsfKernel]]:

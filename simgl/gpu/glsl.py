@@ -38,11 +38,13 @@ def assemble(
     name: str,
     defines: Mapping[str, int | float] | None = None,
     blocks: Mapping[str, str] | None = None,
+    version: int = GLSL_VERSION,
 ) -> Stage:
     """The stage in file ``name`` under ``root`` with everything that it includes.
 
     defines : written as ``#define`` lines at the head
     blocks : generated texts that files include by name, e.g. ``{"block/frame": "layout(...) ..."}``
+    version : of GLSL
     """
     files: list[str] = []
     generated = dict(blocks or {})
@@ -71,6 +73,6 @@ def assemble(
         return out
 
     body = emit(name, "simgl")
-    head = [f"#version {GLSL_VERSION} core"]
+    head = [f"#version {version} core"]
     head += [f"#define {key} {value}" for key, value in (defines or {}).items()]
     return Stage("\n".join(head + body) + "\n", tuple(files))

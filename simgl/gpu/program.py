@@ -9,6 +9,7 @@ import moderngl
 
 from simgl import assets
 from simgl.errors import ShaderError
+from simgl.gpu.compute_glsl import GLSL_VERSION as COMPUTE_GLSL_VERSION
 from simgl.gpu.compute_glsl import as_compute, is_of_draw
 from simgl.gpu.glsl import Stage, assemble
 from simgl.gpu.held_signals import signals_held
@@ -71,24 +72,52 @@ def load_compute_shader(
     """``NAME.frag`` as a compute shader (``as_compute``), else as ``load_program`` does it."""
     generated = {block.include: block.glsl for block in (*blocks, *spare)}
     stage = as_compute(assemble(assets.shaders(), f"{name}.frag", defines, generated))
+    return _checked(name, _compile_compute(ctx, stage), blocks, samplers)
+
+
+def load_compute_program(
+    ctx: moderngl.Context,
+    name: str,
+    *,
+    samplers: Sequence[str],
+    parameters: Sequence[str],
+    defines: Mapping[str, int | float],
+) -> moderngl.ComputeShader:
+    """``NAME.comp``, whose buffers have the bindings that are written there.
+
+    samplers : texture units are their places in this sequence
+    parameters : all other uniforms
+
+    Raises ShaderError where a uniform is declared on one side only.
+    """
+    stage = assemble(assets.shaders(), f"{name}.comp", defines, version=COMPUTE_GLSL_VERSION)
+    program = _compile_compute(ctx, stage)
+    units = {sampler: unit for unit, sampler in enumerate(samplers)}
+    return _checked(name, program, (), units, parameters)
+
+
+def _compile_compute(ctx: moderngl.Context, stage: Stage) -> moderngl.ComputeShader:
     try:
         with signals_held():
-            program = ctx.compute_shader(stage.text)
+            return ctx.compute_shader(stage.text)
     except moderngl.Error as error:
         lines = [line for line in str(error).splitlines() if line.strip(" =")]
         raise ShaderError("\n".join(stage.explain(line) for line in lines)) from None
-    return _checked(name, program, blocks, samplers)
 
 
 _Program = TypeVar("_Program", moderngl.Program, moderngl.ComputeShader)
 
 
 def _checked(
-    name: str, program: _Program, blocks: Sequence[Block], samplers: Mapping[str, int]
+    name: str,
+    program: _Program,
+    blocks: Sequence[Block],
+    samplers: Mapping[str, int],
+    parameters: Sequence[str] = (),
 ) -> _Program:
     """The program with its blocks and samplers bound; released where they do not match."""
     try:
-        _bind_and_check(name, program, blocks, samplers)
+        _bind_and_check(name, program, blocks, samplers, parameters)
     except ShaderError:
         program.release()
         raise
@@ -100,9 +129,10 @@ def _bind_and_check(
     program: moderngl.Program | moderngl.ComputeShader,
     blocks: Sequence[Block],
     samplers: Mapping[str, int],
+    parameters: Sequence[str],
 ) -> None:
     declared = {block.name: block for block in blocks}
-    unused = set(samplers)
+    unused = {*samplers, *parameters}
     for key in program:
         member = program[key]
         if isinstance(member, moderngl.UniformBlock):
@@ -120,10 +150,12 @@ def _bind_and_check(
         elif isinstance(member, moderngl.Uniform):
             if isinstance(program, moderngl.ComputeShader) and is_of_draw(key):
                 continue
+            unused.discard(key)
+            if key in parameters:
+                continue
             if key not in samplers:
                 raise ShaderError(f"{name}: uniform {key} is no declared sampler")
             member.value = samplers[key]
-            unused.discard(key)
     if unused:
         raise ShaderError(f"{name}: samplers {sorted(unused)} are declared but not used")
     if declared:

@@ -15,6 +15,9 @@ from simgl.gpu.context import is_software, wait_for_draws
 from simgl.gpu.release import all_or_nothing, release_all
 from simgl.lru_cache import MANY, LruCache
 
+# x, y, width, height of a rectangle of an image [pixels].
+Area = tuple[int, int, int, int]
+
 
 @dataclass(frozen=True)
 class Format:
@@ -99,10 +102,8 @@ class ImageTarget:
         wait_for_draws(self._ctx)
         self.textures[attachment].read_into(values.data, alignment=1)
 
-    def read_area_into(
-        self, values: AnyArray, area: tuple[int, int, int, int], attachment: int = 0
-    ) -> None:
-        """The same of a rectangle: x, y, width, height [pixels]."""
+    def read_area_into(self, values: AnyArray, area: Area, attachment: int = 0) -> None:
+        """The same of a rectangle."""
         kind = self.formats[attachment]
         wait_for_draws(self._ctx)
         self.framebuffer.read_into(

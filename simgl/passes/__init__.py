@@ -4,13 +4,13 @@
 digital numbers. In the order of a frame: ``shadow`` and ``lamp_shadow`` (shadow maps),
 ``interreflection`` (light at vertices), ``visibility``, ``gbuffer``, ``reference_gather`` (the same
 light by rays), ``surface`` (shading), ``resolve`` and ``warp`` (to pixels), ``motion_sweep`` and
-``average`` (an exposure), ``thermal`` (thermal radiance), ``truth``; then ``optics``, ``spread``,
-``exposure``, ``readout``; ``display`` and ``inset`` fill a window. ``background`` draws Earth and
-sky.
+``average`` (an exposure), ``thermal`` (thermal radiance), ``truth``; then ``optics``, ``spread`` or
+``compute_spread``, ``exposure``, ``readout``; ``display`` and ``inset`` fill a window.
+``background`` draws Earth and sky.
 
 Shared modules: ``drawn_spacecraft`` and ``shading_points`` (what is handed from pass to pass),
 ``shared_blocks`` (uniform blocks), ``mesh_store``, ``texture_store``, ``outline_program``,
-``albedo_table``. A pass imports these, ``gpu`` and ``view``, never another pass.
+``albedo_table``, ``vertex_sums``. A pass imports these, ``gpu`` and ``view``, never another pass.
 
 A new pass: a class with ``draw`` and ``release``, a folder of that name in ``shaders/``, a line in
 the renderer.

@@ -12,18 +12,21 @@ import numpy as np
 
 from simgl.arrays import Array32
 from simgl.environment_map import SkyRadiance
+from simgl.gpu.context import prefers_compute
 from simgl.gpu.mesh_tables import COLUMNS, table
 from simgl.gpu.render_targets import read_by_texel
 from simgl.lru_cache import MANY, LruCache
 from simgl.passes.mesh_store import MAX_BYTES, GridLight, VertexLighting
+from simgl.passes.vertex_sums import VertexInputs, VertexSums
 from simgl.radiosity.incident_light import IncidentLight, NearPair
 from simgl.radiosity.isolated_light import MadeOf, PendingLight
 from simgl.radiosity.light_transport import LightGrids, LightTransport
 from simgl.radiosity.neighbour_light import FromNeighbours, MutualLight, NeighbourLight
 from simgl.radiosity.next_poses import NextPoses
 from simgl.radiosity.next_sunlight import NextSunlight
-from simgl.radiosity.patch_light import BesidesSky, PatchLight
+from simgl.radiosity.patch_light import BesidesSky, PatchLight, UnsummedSunlight
 from simgl.radiosity.posed_transport import PosedTransport
+from simgl.radiosity.precomputed_response import GatheredSunlight
 from simgl.radiosity.solver import earth_share, vertex_irradiance
 from simgl.radiosity.transport_store import JointLight, TransportStore, lit_mesh
 from simgl.scene.mesh import Mesh
@@ -52,7 +55,7 @@ class _Solved:
     isolated light, then that of all whose light comes to it."""
 
     made_of: tuple[MadeOf, ...]
-    values: Future[_Values]
+    values: Future[_Values | VertexInputs]
     lighting: VertexLighting
 
 
@@ -82,6 +85,8 @@ class InterreflectionPass:
         self._neighbours = NeighbourLight(transports, self.light)
         self._next_poses = NextPoses(transports, self.light)
         self._next_sunlight = NextSunlight()
+        # Of a GPU; None where the CPU sums.
+        self._sums = VertexSums(ctx) if prefers_compute(ctx) else None
         # One for each spacecraft of the largest scene so far.
         self._tables: dict[tuple[int, str], moderngl.Texture] = {}
         self._grids = LruCache[tuple[str, str], moderngl.Texture](
@@ -112,7 +117,11 @@ class InterreflectionPass:
             made_of = one.model, transport, light.key
             last = self._begun.get(one.instance)
             if last is None or last.made_of != made_of:
-                besides = self._executor.submit(self.light.besides_sky, one.model, transport, light)
+                besides = self._executor.submit(
+                    self.light.besides_sky,
+                    *(one.model, transport, light),
+                    summed=self._sums is None,
+                )
                 self._begun[one.instance] = _Begun(made_of=made_of, besides_sky=besides)
         self._reserve(len(self._begun))
 
@@ -120,6 +129,8 @@ class InterreflectionPass:
         """What a frame needs of all of its bodies stays in memory for the next one."""
         self._transports.reserve(bodies)
         self.light.reserve(bodies)
+        if self._sums is not None:
+            self._sums.reserve(bodies)
         self._grids.reserve(2 * bodies)
 
     def draw(
@@ -181,9 +192,13 @@ class InterreflectionPass:
         while self._unwritten:
             instance, solved = self._unwritten.popitem()
             values, lighting = solved.values.result(), solved.lighting
-            lighting.light.write(values.vertices)
-            if lighting.grids is not None:
-                lighting.grids.light.write(values.nodes)
+            if isinstance(values, VertexInputs):
+                assert self._sums is not None
+                self._sums.write(values, lighting)
+            else:
+                lighting.light.write(values.vertices)
+                if lighting.grids is not None:
+                    lighting.grids.light.write(values.nodes)
             self._written[instance] = solved
         while self._next:
             self._ahead.append(self._executor.submit(self._next.pop(0)))
@@ -268,8 +283,26 @@ class InterreflectionPass:
 
     def _solve(
         self, instance: int, pending: PendingLight, from_near: Future[FromNeighbours] | None
-    ) -> Future[_Values]:
+    ) -> Future[_Values | VertexInputs]:
         """In other threads; each task waits only for some that were submitted before it."""
+
+        def make_ahead() -> None:
+            response = self.light.response(pending.model, pending.transport)
+            self._next_sunlight.make_ahead(instance, response, pending.incident.sun_direction)
+
+        solved: Future[_Values | VertexInputs]
+        if self._sums is None or isinstance(pending.transport, PosedTransport):
+            solved = self._summed(pending, from_near)
+        else:
+            solved = self._unsummed(pending, from_near)
+        if _in_sunlight(pending.incident, pending.transport):
+            self._next.append(make_ahead)
+        return solved
+
+    def _summed(
+        self, pending: PendingLight, from_near: Future[FromNeighbours] | None
+    ) -> Future[_Values | VertexInputs]:
+        """The values of a body."""
         gather, cells, at_vertices = (
             pending.transport.of_vertices,
             pending.cells,
@@ -279,6 +312,7 @@ class InterreflectionPass:
 
         def values() -> _Values:
             exitance, sunlight = at_vertices.result()
+            assert not isinstance(sunlight, UnsummedSunlight)
             near = None if from_near is None else from_near.result()
             if near is not None:
                 exitance = exitance + near.exitance
@@ -291,14 +325,32 @@ class InterreflectionPass:
             nodes = None if sunlight is None else sunlight.nodes
             return _Values(vertices=_texels(irradiance, left), nodes=nodes)
 
-        def make_ahead() -> None:
-            response = self.light.response(pending.model, pending.transport)
-            self._next_sunlight.make_ahead(instance, response, pending.incident.sun_direction)
+        return self._executor.submit(values)
 
-        solved = self._executor.submit(values)
-        if _in_sunlight(pending.incident, pending.transport):
-            self._next.append(make_ahead)
-        return solved
+    def _unsummed(
+        self, pending: PendingLight, from_near: Future[FromNeighbours] | None
+    ) -> Future[_Values | VertexInputs]:
+        """What a GPU makes the same values of."""
+        transport, cells, at_vertices = pending.transport, pending.cells, pending.at_vertices
+
+        def inputs() -> VertexInputs:
+            exitance, sunlight = at_vertices.result()
+            assert not isinstance(sunlight, GatheredSunlight)
+            near = None
+            if from_near is not None:
+                others = from_near.result()
+                exitance = exitance + others.exitance
+                hidden = others.lost_share(transport.of_vertices, cells.result())
+                near = others.at_rows, hidden
+            return VertexInputs(
+                transport=transport,
+                exitance=exitance,
+                cells=cells.result(),
+                sunlight=sunlight,
+                near=near,
+            )
+
+        return self._executor.submit(inputs)
 
     def _vertex_lighting(
         self, spacecraft: SpacecraftView, light: IncidentLight, transport: LightTransport
@@ -361,6 +413,8 @@ class InterreflectionPass:
 
     def release(self) -> None:
         """Free everything."""
+        if self._sums is not None:
+            self._sums.release()
         for one in self._tables.values():
             one.release()
         self._tables.clear()

@@ -2,12 +2,12 @@
 
 The radiance goes to the CPU, where the sums of its bands are made that spread, in the window that
 holds light; the result comes back. On a CPU renderer that is a copy, and its transforms are far
-faster than any that shaders could do there.
+faster than any that shaders could do there. On a GPU ``compute_spread`` does the same.
 """
 
 from __future__ import annotations
 
-from concurrent.futures import Executor
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,14 +15,11 @@ import numpy as np
 from simgl.arrays import Array, Array32
 from simgl.camera.camera import Camera
 from simgl.camera.camera_equation import irradiance_per_radiance
-from simgl.camera.convolution import Window, lit_window, threads_for
+from simgl.camera.convolution import WORKERS, Window, lit_window, threads_for
 from simgl.camera.distortion import relative_illumination
-from simgl.camera.point_spread import Spread, SpreadLight, SunInCamera
-from simgl.gpu.render_targets import ImageTarget
+from simgl.camera.point_spread import Spread, SpreadLight, SunInCamera, spread_key
+from simgl.gpu.render_targets import Area, ImageTarget
 from simgl.lru_cache import MANY, LruCache
-
-# x, y, width, height of a rectangle of an image [pixels].
-Area = tuple[int, int, int, int]
 
 # Of the cached kernels of cameras; those of the last camera stay.
 _MAX_BYTES = 512 << 20
@@ -44,21 +41,21 @@ class _Lens:
 
 
 class SpreadPass:
-    """A lens that spreads light: the irradiance of its image plane, or the electrons it makes.
+    """A lens that spreads light: the irradiance of its image plane, or the electrons it makes."""
 
-    executor : for the transforms
-    """
-
-    def __init__(self, executor: Executor) -> None:
-        self._executor = executor
+    def __init__(self) -> None:
+        self._executor = ThreadPoolExecutor(WORKERS, thread_name_prefix="simgl-convolution")
         self._lenses = LruCache[object, _Lens](MANY, max_bytes=_MAX_BYTES)
         # Of the last image; to make new memory for each takes as long as to fill it.
         self._radiance = np.zeros(0, dtype=np.float32)
 
-    def bands(self, camera: Camera, sun: SunInCamera | None, radiance: ImageTarget) -> Array32:
-        """(height, width, 4) irradiance of each band [W m-2]."""
+    def bands(
+        self, camera: Camera, sun: SunInCamera | None, radiance: ImageTarget, target: ImageTarget
+    ) -> None:
+        """Fill an RGBA32F target with the irradiance of each band [W m-2]."""
         spread = self._apply(camera, None, sun, radiance)
-        return np.stack([spread.image(band) for band in range(4)], axis=-1)
+        bands = np.stack([spread.image(band) for band in range(4)], axis=-1)
+        target.textures[0].write(bands.data)
 
     def electrons(
         self,
@@ -66,9 +63,12 @@ class SpreadPass:
         square: Array,
         sun: SunInCamera | None,
         radiance: ImageTarget,
+        target: ImageTarget,
+        *,
         lit_area: Area | None = None,
-    ) -> Array32:
-        """(height, width) mean electrons.
+        adds: bool = False,
+    ) -> None:
+        """Fill a target of ``ELECTRONS_FORMAT`` with mean electrons, or add them to it.
 
         square : (4, 4) electrons per irradiance and exposure time of the pixels (0, 0), (1, 0),
             (0, 1), (1, 1) in each band [e- W-1 m2 s-1]
@@ -77,7 +77,13 @@ class SpreadPass:
         weights, filters = np.unique(square, axis=0, return_inverse=True)
         electrons = self._apply(camera, weights, sun, radiance, lit_area).mosaic(filters)
         electrons *= np.float32(camera.exposure_time)
-        return electrons
+        if adds:
+            electrons += target.read()
+        target.write(electrons)
+
+    def release(self) -> None:
+        """End the threads."""
+        self._executor.shutdown()
 
     def _apply(
         self,
@@ -87,20 +93,11 @@ class SpreadPass:
         radiance: ImageTarget,
         lit_area: Area | None = None,
     ) -> SpreadLight:
-        # Neither exposure time nor electronics: a control loop may set them for every image.
-        key = (
-            camera.lens,
-            camera.geometry,
-            camera.detector.pixel_pitch,
-            camera.detector.bands,
-            None if weights is None else weights.tobytes(),
-        )
-
         def made() -> _Lens:
             spread = Spread(camera, weights, self._executor)
             return _Lens(spread=spread, relative_illumination=relative_illumination(camera))
 
-        lens = self._lenses.get(key, made, lambda lens: lens.nbytes)
+        lens = self._lenses.get(spread_key(camera, weights), made, lambda lens: lens.nbytes)
         window, seen = self._window_read(lens.spread, radiance, lit_area)
         sums = (lens.spread.mixture * irradiance_per_radiance(camera)).astype(np.float32)
         planes = np.empty((len(sums), *window.shape), dtype=np.float32)

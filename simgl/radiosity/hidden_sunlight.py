@@ -39,6 +39,18 @@ class _Evenly:
     sent: Array32
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TakenSunlight:
+    """What others take from a Sun of 1 W/m2, and all that there is; means of the bands.
+
+    at_patches : (p, 2) of what leaves the patches evenly
+    at_points : (s, 2) of what lobes bring to gather points of vertices
+    """
+
+    at_patches: Array32
+    at_points: Array32
+
+
 class HiddenSunlight:
     """Of one body, as others stand before the Sun."""
 
@@ -88,13 +100,35 @@ class HiddenSunlight:
             in_bands = np.repeat(of_nodes * np.float32(1.0 / 3.0), 4)
             sunlight.nodes.reshape(-1)[: len(in_bands)] *= in_bands
 
+    def taken(self, direction: Array, before: Sequence[Neighbour]) -> TakenSunlight | None:
+        """What ``hide`` takes, for whoever takes it; None where that is nothing."""
+        evenly = self._evenly(direction, before)
+        if evenly is None:
+            return None
+        at_patches, of_lobes = self._taken_and_sent(direction, before, evenly)
+        points = np.zeros((self._transport.gather.shape[0], 2), dtype=np.float32)
+        for taken, sent in of_lobes:
+            points[:, 0] += taken
+            points[:, 1] += sent
+        return TakenSunlight(at_patches=at_patches, at_points=points)
+
     def _left(self, direction: Array, before: Sequence[Neighbour], evenly: _Evenly) -> Array32:
         """(r,) share of what vertices get that others leave."""
-        transport, corners = self._transport, grid_corners(direction)
+        at_patches, of_lobes = self._taken_and_sent(direction, before, evenly)
+        both = self._transport.gather @ at_patches
+        for taken, sent in of_lobes:
+            both[:, 0] += taken
+            both[:, 1] += sent
+        return np.take(_share_left(*both.T), self._transport.vertex_rows)
+
+    def _taken_and_sent(
+        self, direction: Array, before: Sequence[Neighbour], evenly: _Evenly
+    ) -> tuple[Array32, list[tuple[Array32, Array32]]]:
+        """(p, 2) of what leaves patches evenly, and (s,) each of lobes at gather points."""
+        corners = grid_corners(direction)
         of_all = self._response.lobes_at_vertices([node for node, _ in corners])
         if of_all is None:
-            both = transport.gather @ np.stack([evenly.taken, evenly.sent], axis=1)
-            return np.take(_share_left(*both.T), transport.vertex_rows)
+            return np.stack([evenly.taken, evenly.sent], axis=1), []
         # What lobes send is none of what leaves evenly.
         lobes = self._surface.laws.lobe_albedo.mean(axis=1)[self._surface.law]
         free = np.zeros_like(lobes)
@@ -102,11 +136,11 @@ class HiddenSunlight:
             free += np.float32(weight) * self._sunlit.at(node).cosines
         taken = evenly.taken - lobes * self.cosines(direction, before)
         sent = evenly.sent - lobes * free
-        both = transport.gather @ np.maximum(np.stack([taken, sent], axis=1), 0.0)
-        for (node, weight), light in zip(corners, of_all, strict=True):
-            both[:, 0] += np.float32(weight) * self._lobes_at(node, before)
-            both[:, 1] += np.float32(weight) * light
-        return np.take(_share_left(*both.T), transport.vertex_rows)
+        of_lobes = [
+            (np.float32(weight) * self._lobes_at(node, before), np.float32(weight) * light)
+            for (node, weight), light in zip(corners, of_all, strict=True)
+        ]
+        return np.maximum(np.stack([taken, sent], axis=1), 0.0), of_lobes
 
     def _evenly(self, direction: Array, before: Sequence[Neighbour]) -> _Evenly | None:
         """None where others take nothing."""
@@ -130,6 +164,10 @@ class HiddenSunlight:
             taken=mean(taken[node, *standing] for node, _ in corners),
             sent=mean(sent["all", node] for node, _ in corners),
         )
+
+    @cached_property
+    def _corners_of_nodes(self) -> IndexArray:
+        return corners_of_nodes(self._transport)
 
     def _at(self, node: Node, before: Sequence[Neighbour]) -> HiddenPatches:
         """Of a Sun in a direction of the grid; traced again only where others move."""
@@ -160,18 +198,18 @@ class HiddenSunlight:
             on_cells[some] = self._sunlit.hidden_on_cells(cells, chosen, node, hidden, blockers)
         return lobes.hidden_at_vertices(hidden, direction_of(node), on_cells)
 
-    @cached_property
-    def _corners_of_nodes(self) -> IndexArray:
-        """(3, n) of each row of the table of nodes the rows of the corners of its triangle, or of
-        one of those that share it."""
-        grids = self._transport.grids
-        assert grids is not None
-        sides = grids.row_of_node.shape[2]
-        corners = self._transport.mesh.triangles[grids.triangles].astype(np.int64)
-        of_nodes = np.zeros((grids.rows, 3), dtype=np.int64)
-        for side in range(sides):
-            of_nodes[grids.row_of_node[:, :, side]] = (sides * corners + side)[:, None]
-        return np.ascontiguousarray(of_nodes.T)
+
+def corners_of_nodes(transport: LightTransport) -> IndexArray:
+    """(3, n) of each row of the table of nodes the rows of the corners of its triangle, or of one
+    of those that share it."""
+    grids = transport.grids
+    assert grids is not None
+    sides = grids.row_of_node.shape[2]
+    corners = transport.mesh.triangles[grids.triangles].astype(np.int64)
+    of_nodes = np.zeros((grids.rows, 3), dtype=np.int64)
+    for side in range(sides):
+        of_nodes[grids.row_of_node[:, :, side]] = (sides * corners + side)[:, None]
+    return np.ascontiguousarray(of_nodes.T)
 
 
 def _share_left(taken: Array32, sent: Array32) -> Array32:

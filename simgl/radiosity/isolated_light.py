@@ -11,7 +11,7 @@ from simgl.arrays import Array32
 from simgl.environment_map import SkyRadiance
 from simgl.radiosity.incident_light import IncidentLight
 from simgl.radiosity.light_transport import LightTransport
-from simgl.radiosity.patch_light import BesidesSky, PatchLight
+from simgl.radiosity.patch_light import BesidesSky, PatchLight, UnsummedSunlight
 from simgl.radiosity.precomputed_response import GatheredSunlight
 from simgl.scene.spacecraft import SpacecraftModel
 
@@ -66,12 +66,12 @@ class PendingLight:
         return self.executor.submit(lambda: None if sky is None else transport.cells_of(sky))
 
     @cached_property
-    def at_vertices(self) -> Future[tuple[Array32, GatheredSunlight | None]]:
+    def at_vertices(self) -> Future[tuple[Array32, GatheredSunlight | UnsummedSunlight | None]]:
         """As of ``PatchLight.at_vertices``, for one that is drawn."""
         besides, cells = self.besides_sky, self.cells
         assert besides is not None
 
-        def solved() -> tuple[Array32, GatheredSunlight | None]:
+        def solved() -> tuple[Array32, GatheredSunlight | UnsummedSunlight | None]:
             return self.light.at_vertices(
                 self.model, self.transport, cells.result(), self.incident, besides.result()
             )

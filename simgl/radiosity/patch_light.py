@@ -11,7 +11,7 @@ import numpy as np
 from simgl.arrays import Array, Array32, IndexArray
 from simgl.environment_map import SkyRadiance
 from simgl.lru_cache import MANY, LruCache
-from simgl.radiosity.hidden_sunlight import HiddenSunlight
+from simgl.radiosity.hidden_sunlight import HiddenSunlight, TakenSunlight
 from simgl.radiosity.incident_light import IncidentLight, Neighbour
 from simgl.radiosity.lamp_light import LampLight, reaches_into
 from simgl.radiosity.light_transport import LightTransport
@@ -22,6 +22,7 @@ from simgl.radiosity.precomputed_response import (
     BYTES_OF_VERTEX,
     GatheredSunlight,
     PrecomputedResponse,
+    SunTables,
 )
 from simgl.radiosity.reflection_laws import ReflectionLaws
 from simgl.radiosity.solver import Reflectors, radiosity, reflectors
@@ -63,6 +64,17 @@ class _FieldOfLight:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class UnsummedSunlight:
+    """``GatheredSunlight`` for a GPU to sum.
+
+    taken : by other spacecraft; None where that is nothing
+    """
+
+    tables: SunTables
+    taken: TakenSunlight | None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class BesidesSky:
     """What a body gets of all lights but the sky.
 
@@ -71,7 +83,7 @@ class BesidesSky:
     """
 
     exitance: Array32 | None
-    sunlight: GatheredSunlight | None
+    sunlight: GatheredSunlight | UnsummedSunlight | None
 
 
 class PatchLight:
@@ -105,19 +117,33 @@ class PatchLight:
         return self.with_sunlight(model, transport, exitance, incident)
 
     def besides_sky(
-        self, model: SpacecraftModel, transport: LightTransport, incident: IncidentLight
+        self,
+        model: SpacecraftModel,
+        transport: LightTransport,
+        incident: IncidentLight,
+        *,
+        summed: bool = True,
     ) -> BesidesSky | None:
         """What ``at_vertices`` needs before it knows the sky; None for a pose that does not last.
 
         May be called from another thread.
+
+        summed : the light of the Sun as ``GatheredSunlight``
         """
         if isinstance(transport, PosedTransport):
             return None
-        surface, sunlight = self._surface(model, transport), None
+        surface = self._surface(model, transport)
+        sunlight: GatheredSunlight | UnsummedSunlight | None = None
         if incident.sun_irradiance.any():
-            sun = incident.sun_direction, incident.sun_irradiance
-            sunlight = surface.response.of_sun_at_vertices(*sun)
-            surface.hidden.hide(sunlight, sun[0], _before_sun(transport, incident))
+            sun, before = incident.sun_direction, _before_sun(transport, incident)
+            if summed:
+                sunlight = surface.response.of_sun_at_vertices(sun, incident.sun_irradiance)
+                surface.hidden.hide(sunlight, sun, before)
+            else:
+                sunlight = UnsummedSunlight(
+                    tables=surface.response.sun_tables(sun, incident.sun_irradiance),
+                    taken=surface.hidden.taken(sun, before),
+                )
         return BesidesSky(exitance=self._of_lamps(surface, incident), sunlight=sunlight)
 
     def at_vertices(
@@ -127,7 +153,7 @@ class PatchLight:
         cells: Array32 | None,
         incident: IncidentLight,
         besides: BesidesSky | None,
-    ) -> tuple[Array32, GatheredSunlight | None]:
+    ) -> tuple[Array32, GatheredSunlight | UnsummedSunlight | None]:
         """The exitance (p, 4) that vertices have yet to gather [W m-2], and what they get besides.
 
         cells : (c, 4) radiance of the sky as the transport knows it; None for a dark sky

@@ -55,16 +55,28 @@ class GatheredSunlight:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class _AtVertices:
-    """By a Sun of 1 W/m2.
+class AtVertices:
+    """By a Sun of 1 W/m2 in one direction of the grid.
 
-    rows : (k, 4 _ROW) of vertices and nodes
+    rows : (k, 4 _ROW) of vertices and nodes, each filled up to whole rows
     lobes : (s,) what gather points of vertices get of lobes before bounces, mean of the bands;
         None without lobes
     """
 
     rows: Array32
     lobes: Array32 | None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SunTables:
+    """``GatheredSunlight`` before it is summed.
+
+    tables : three, and the irradiance (4,) by which each is multiplied [W m-2]
+    first_node : where nodes begin in them, in rows of four bands
+    """
+
+    tables: tuple[tuple[AtVertices, Array32], ...]
+    first_node: int
 
 
 @dataclass(kw_only=True)
@@ -97,7 +109,7 @@ class PrecomputedResponse:
         self._surface = surface
         self._sunlit = sunlit
         self._nodes = LruCache[Node, Array32](CAPACITY)
-        self._at_vertices = LruCache[Node, _AtVertices](_VERTEX_CAPACITY)
+        self._at_vertices = LruCache[Node, AtVertices](_VERTEX_CAPACITY)
         self._under_way = LruCache[Node, _UnderWay](_UNDER_WAY)
         self._fields = LruCache[Hashable, Array32](_FIELDS)
 
@@ -159,6 +171,21 @@ class PrecomputedResponse:
 
     def of_sun_at_vertices(self, direction: Array, irradiance: Array) -> GatheredSunlight:
         """What vertices and grids get where the surfaces send the light ``of_sun``."""
+        # In long rows: numpy takes as long for four numbers as for hundreds.
+        mean = scratch = None
+        for table, light in self.sun_tables(direction, irradiance).tables:
+            row = np.tile(light, _ROW)
+            if mean is None:
+                mean = table.rows * row
+                scratch = np.empty_like(mean)
+            else:
+                mean += np.multiply(table.rows, row, out=scratch)
+        assert mean is not None
+        light, count = mean.reshape(-1, 4), len(self._transport.vertex_rows)
+        return GatheredSunlight(vertices=light[:count], nodes=light[_in_rows(count) :])
+
+    def sun_tables(self, direction: Array, irradiance: Array) -> SunTables:
+        """The same for whoever sums it."""
         corners = grid_corners(direction)
         # Held here: a node that is stored may evict one that is still needed.
         known = {
@@ -169,19 +196,15 @@ class PrecomputedResponse:
         missing = [node for node, _ in corners if node not in known]
         for node, solved in self._of_nodes(missing).items():
             known[node] = self._gathered(node, solved)
-        # In long rows: numpy takes as long for four numbers as for hundreds.
-        mean = scratch = None
-        for node, weight in corners:
-            part = self._at_vertices.get(node, partial(known.__getitem__, node)).rows
-            row = np.tile((weight * irradiance).astype(np.float32), _ROW)
-            if mean is None:
-                mean = part * row
-                scratch = np.empty_like(mean)
-            else:
-                mean += np.multiply(part, row, out=scratch)
-        assert mean is not None
-        light, count = mean.reshape(-1, 4), len(self._transport.vertex_rows)
-        return GatheredSunlight(vertices=light[:count], nodes=light[_in_rows(count) :])
+        tables = [
+            (
+                self._at_vertices.get(node, partial(known.__getitem__, node)),
+                (weight * irradiance).astype(np.float32),
+            )
+            for node, weight in corners
+        ]
+        first_node = _in_rows(len(self._transport.vertex_rows))
+        return SunTables(tables=tuple(tables), first_node=first_node)
 
     def lobes_at_vertices(self, nodes: Sequence[Node]) -> list[Array32] | None:
         """(s,) each: what gather points of vertices get of lobes by a Sun of 1 W/m2 in directions
@@ -225,14 +248,14 @@ class PrecomputedResponse:
         at_vertices = yield from self._gather(node, solved)
         self._at_vertices.put(node, at_vertices)
 
-    def _gathered(self, node: Node, solved: Array32) -> _AtVertices:
+    def _gathered(self, node: Node, solved: Array32) -> AtVertices:
         """Of what leaves the patches (p, 4)."""
         gathering = self._gather(node, solved)
         while True:
             try:
                 next(gathering)
             except StopIteration as end:
-                at_vertices: _AtVertices = end.value
+                at_vertices: AtVertices = end.value
                 return at_vertices
 
     def _empty_rows(self) -> Array32:
@@ -242,7 +265,7 @@ class PrecomputedResponse:
         count = _in_rows(len(self._transport.vertex_rows)) + _in_rows(nodes)
         return np.zeros((count, 4), dtype=np.float32)
 
-    def _gather(self, node: Node, solved: Array32) -> Generator[None, None, _AtVertices]:
+    def _gather(self, node: Node, solved: Array32) -> Generator[None, None, AtVertices]:
         """What vertices and nodes get where so much leaves the patches (p, 4), with a pause between
         the parts of the work."""
         transport, grids = self._transport, self._transport.grids
@@ -288,7 +311,7 @@ class PrecomputedResponse:
             # Nodes take what is linear between the vertices: this light has no sharp edges.
             at_vertices = np.maximum(at_vertices + again, 0.0)
         np.take(at_vertices, transport.vertex_rows, axis=0, out=rows[:count])
-        return _AtVertices(rows=rows.reshape(-1, 4 * _ROW), lobes=lobes)
+        return AtVertices(rows=rows.reshape(-1, 4 * _ROW), lobes=lobes)
 
     def _more_of_cells(
         self, cells: PatchCells, direction: Array, asked: IndexArray, more: Array32

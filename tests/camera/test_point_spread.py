@@ -15,10 +15,19 @@ from simgl.camera.point_spread import Spread, SunInCamera
 from simgl.physics.constants import SOLAR_CONSTANT, SOLAR_TEMPERATURE
 from simgl.physics.spectrum import black_body_light
 from tests.camera.cameras import DIFFRACTION, camera
+from tests.camera.spreads import Spreading, on_cpu, on_gpu
 from tests.reference.optics import convolved, point_spread
 
 LIGHT = black_body_light(SOLAR_CONSTANT, SOLAR_TEMPERATURE).irradiance
 WEIGHTS = np.array([3.1e18, 2.8e18, 2.2e18, 4.2e18]) * 0.5 * 7e-15
+
+
+@pytest.fixture(params=["cpu", "compute"])
+def spread(request: pytest.FixtureRequest) -> Spreading:
+    """Each way to spread the bands."""
+    if request.param == "cpu":
+        return on_cpu
+    return on_gpu(request.getfixturevalue("gl"))
 
 
 def panel(height: int = 192, width: int = 256) -> np.ndarray[Any, np.dtype[np.float32]]:
@@ -29,11 +38,11 @@ def panel(height: int = 192, width: int = 256) -> np.ndarray[Any, np.dtype[np.fl
     return planes
 
 
-def test_a_point_keeps_its_light() -> None:
+def test_a_point_keeps_its_light(spread: Spreading) -> None:
     # A picture so large that only 2 lambda N / (pi^2 p R), here 1.5e-3, falls off it.
     planes = np.zeros((4, 192, 256), dtype=np.float32)
     planes[:, 96, 128] = 1.0
-    results = Spread(camera(spread=DIFFRACTION)).apply(list(planes))
+    results = spread(camera(spread=DIFFRACTION), list(planes), None)
     off = 2.0 * np.array([650.0, 550.0, 450.0, 840.0]) * 1e-9 * 4.0 / (np.pi**2 * 3.75e-6 * 108.0)
     for result, lost in zip(results, off, strict=True):
         assert result.min() >= 0.0
@@ -77,14 +86,14 @@ def test_one_sum_of_the_bands_is_exact_for_a_white_point(f_number: float) -> Non
     np.testing.assert_allclose(actual, wanted, rtol=0.0, atol=1e-5 * wanted.sum())
 
 
-def test_a_panel_and_its_veil_are_those_of_the_reference() -> None:
+def test_a_panel_and_its_veil_are_those_of_the_reference(spread: Spreading) -> None:
     """A panel drawn and spread on pixels a twelfth as wide, then averaged over the detector's."""
     cam, finer = camera(96, 64, spread=DIFFRACTION), 12
     panel_there = np.zeros((64 * finer, 96 * finer))
     # Its right edge in the middle of a pixel.
     panel_there[15 * finer : 49 * finer, 20 * finer : 54 * finer + finer // 2] = 1.0
-    spread = convolved(panel_there, point_spread(cam, Blur(), 1, finer, 2048))
-    wanted = spread.reshape(64, finer, 96, finer).mean(axis=(1, 3))
+    finely = convolved(panel_there, point_spread(cam, Blur(), 1, finer, 2048))
+    wanted = finely.reshape(64, finer, 96, finer).mean(axis=(1, 3))
     of_green = pixel_ramps(cam)[1]
     ramp = round(of_green * finer)
     assert ramp == of_green * finer
@@ -94,7 +103,7 @@ def test_a_panel_and_its_veil_are_those_of_the_reference() -> None:
             softened = scipy.ndimage.uniform_filter1d(softened, width, axis, mode="constant")
     # Of an even and an odd width the middle lies in the middle of a pixel of the detector.
     plane = softened[finer // 2 :: finer, finer // 2 :: finer].astype(np.float32)
-    actual = Spread(cam).apply([plane] * 4)[1]
+    actual = spread(cam, [plane] * 4, None)[1]
     # At corners, along both axes: half a wave of 0.75 cycles, of which pixel and ramp leave 0.14 of
     # the contrast and the kernel 0.02 too much of that.
     np.testing.assert_allclose(actual, wanted, atol=6e-3)
@@ -117,25 +126,25 @@ def test_several_sums_of_the_bands_are_sums_of_the_spread_bands() -> None:
     np.testing.assert_allclose(actual, wanted, rtol=1e-5, atol=3e-5 * wanted[0, 100, 60])
 
 
-def test_veiling_glare_spreads_its_share_evenly() -> None:
+def test_veiling_glare_spreads_its_share_evenly(spread: Spreading) -> None:
     planes = panel()
-    results = Spread(camera(veiling_glare=0.03)).apply(list(planes))
+    results = spread(camera(veiling_glare=0.03), list(planes), None)
     for plane, result in zip(planes, results, strict=True):
         mean = plane.mean(dtype=np.float64)
         np.testing.assert_allclose(result, 0.97 * plane + 0.03 * mean, rtol=1e-5)
         assert result.mean(dtype=np.float64) == pytest.approx(mean, rel=1e-5)
 
 
-def test_veiling_glare_comes_on_top_of_the_spread() -> None:
+def test_veiling_glare_comes_on_top_of_the_spread(spread: Spreading) -> None:
     planes = list(panel())
-    spread = Spread(camera(spread=DIFFRACTION)).apply(planes)
-    both = Spread(camera(spread=DIFFRACTION, veiling_glare=0.5)).apply(planes)
-    for plane, one, two in zip(planes, spread, both, strict=True):
+    without = spread(camera(spread=DIFFRACTION), planes, None)
+    both = spread(camera(spread=DIFFRACTION, veiling_glare=0.5), planes, None)
+    for plane, one, two in zip(planes, without, both, strict=True):
         mean = plane.mean(dtype=np.float64)
         np.testing.assert_allclose(two, 0.5 * one + 0.5 * mean, rtol=1e-5)
 
 
-def test_zones_blur_their_own_part_of_the_picture() -> None:
+def test_zones_blur_their_own_part_of_the_picture(spread: Spreading) -> None:
     zones = (
         Zone(share=0.0, blur=Blur()),
         Zone(share=0.5, blur=Blur()),
@@ -144,7 +153,7 @@ def test_zones_blur_their_own_part_of_the_picture() -> None:
     planes = np.zeros((4, 192, 256), dtype=np.float32)
     planes[:, 96, 128] = 1.0
     planes[:, 20, 20] = 1.0
-    results = Spread(camera(spread=PointSpread(diffraction=False, zones=zones))).apply(list(planes))
+    results = spread(camera(spread=PointSpread(diffraction=False, zones=zones)), list(planes), None)
     # Sharp in the middle.
     assert results[1][96, 128] == pytest.approx(1.0, abs=1e-5)
     # Near the corner, 0.83 of the way: two thirds of its light have the outer zone's blur.
@@ -153,7 +162,7 @@ def test_zones_blur_their_own_part_of_the_picture() -> None:
     assert results[1].sum(dtype=np.float64) == pytest.approx(2.0, abs=1e-4)
 
 
-def test_sun_in_the_picture() -> None:
+def test_sun_in_the_picture(spread: Spreading) -> None:
     """No NaN or infinity, and far from it the tail of its light: lambda N / (pi^3 p r^3)."""
     cam = camera(512, 384, spread=DIFFRACTION)
     radius = 10.0
@@ -162,7 +171,7 @@ def test_sun_in_the_picture() -> None:
     sun = 20.1e6 * np.pi / 64.0 * LIGHT / SOLAR_CONSTANT
     planes = np.where(disc, sun[:, None, None], 0.0).astype(np.float32)
     planes[:, 150:230, 300:380] += (LIGHT / 200.0)[:, None, None].astype(np.float32)
-    results = Spread(cam).apply(list(planes))
+    results = spread(cam, list(planes), None)
     for band, nanometres in ((0, 649.0), (1, 549.5), (2, 451.0), (3, 838.0)):
         actual = results[band]
         assert np.isfinite(actual).all()
@@ -216,7 +225,7 @@ def test_ghost_of_a_single_lens_has_its_place_and_share() -> None:
 
 
 @pytest.mark.parametrize("coating", [0.005, 0.04])
-def test_ghosts_hold_the_products_of_the_reflectances(coating: float) -> None:
+def test_ghosts_hold_the_products_of_the_reflectances(spread: Spreading, coating: float) -> None:
     surfaces = tuple(
         LensSurface(radius=s.radius, gap=s.gap, index=s.index, reflectance=coating)
         for s in TRIPLET_LIKE
@@ -231,7 +240,7 @@ def test_ghosts_hold_the_products_of_the_reflectances(coating: float) -> None:
     rows, columns = np.mgrid[0:1024, 0:1024] + 0.5
     dark[:, np.hypot(columns - x, rows - y) < 10.0] = 1e6
     before = dark.sum(axis=(1, 2), dtype=np.float64)
-    after = np.array([r.sum(dtype=np.float64) for r in Spread(cam).apply(list(dark), sun)])
+    after = np.array([r.sum(dtype=np.float64) for r in spread(cam, list(dark), sun)])
     area = np.pi * (8e-3 / 40.0) ** 2 / 3.75e-6**2
     direct = LIGHT * sun.direction[2] * area
     # A disc of some hundred pixels on a grid of 8 loses or gains 1 % of its light at its edge; the

@@ -94,6 +94,7 @@ SHARED_PASSES = {
     "simgl.passes.shading_points",
     "simgl.passes.shared_blocks",
     "simgl.passes.texture_store",
+    "simgl.passes.vertex_sums",
 }
 
 

@@ -17,9 +17,8 @@ from simgl.camera.lens import Vignetting
 from simgl.camera.point_spread import Spread
 from simgl.camera.projections import Distortion
 from simgl.camera_pipeline import CameraPipeline
-from simgl.gpu.render_targets import Format, ImageTarget
+from simgl.gpu.render_targets import Area, Format, ImageTarget
 from simgl.images import ElectronFrame, RadianceFrame, TruthFrame
-from simgl.passes.spread import Area
 from simgl.simulator import Capture, Product, Simulator
 from tests.camera.cameras import DIFFRACTION, camera
 from tests.reference.optics import image_irradiance
@@ -64,11 +63,13 @@ def test_shader_and_reference_agree(gl: moderngl.Context, lens: dict[str, Any]) 
     )
 
 
+@pytest.mark.parametrize("by_compute", [False, True])
 @pytest.mark.parametrize("width", [256, 254])
 def test_behind_colour_filters_a_spread_image_makes_the_electrons_of_its_bands(
-    gl: moderngl.Context, width: int
+    gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch, width: int, by_compute: bool
 ) -> None:
     """The sums behind the filters are spread; the bands would be four times as much to spread."""
+    monkeypatch.setattr("simgl.camera_pipeline.prefers_compute", lambda _: by_compute)
     red, green, blue = (0.6, 0.1, 0.0, 0.3), (0.05, 0.5, 0.1, 0.3), (0.0, 0.1, 0.4, 0.2)
     plain = camera(width, spread=DIFFRACTION, veiling_glare=0.01)
     mosaic = Mosaic(order="GRBG", red=red, green=green, blue=blue)
@@ -89,6 +90,7 @@ def test_behind_colour_filters_a_spread_image_makes_the_electrons_of_its_bands(
         np.testing.assert_allclose(found[of], bands[of] @ weights, rtol=1e-4, atol=1e-3)
 
 
+@pytest.mark.parametrize("by_compute", [False, True])
 @pytest.mark.parametrize(
     ("lit", "area"),
     [
@@ -99,9 +101,14 @@ def test_behind_colour_filters_a_spread_image_makes_the_electrons_of_its_bands(
     ],
 )
 def test_what_is_black_for_sure_needs_no_reading(
-    gl: moderngl.Context, lit: tuple[slice, slice], area: Area
+    gl: moderngl.Context,
+    monkeypatch: pytest.MonkeyPatch,
+    lit: tuple[slice, slice],
+    area: Area,
+    by_compute: bool,
 ) -> None:
     """Of an image with light in one area, that area tells all: to the bit."""
+    monkeypatch.setattr("simgl.camera_pipeline.prefers_compute", lambda _: by_compute)
     cam = camera(256, spread=DIFFRACTION, veiling_glare=0.01)
     radiance = np.zeros((192, 256, 4), dtype=np.float32)
     radiance[lit] = np.random.default_rng(6).random(radiance[lit].shape)
@@ -117,8 +124,9 @@ def test_what_is_black_for_sure_needs_no_reading(
     np.testing.assert_array_equal(known, whole)
 
 
+@pytest.mark.parametrize("by_compute", [False, True])
 def test_exposure_and_gain_change_without_new_kernels(
-    gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch
+    gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch, by_compute: bool
 ) -> None:
     """A loop that sets them for every image must not wait for the point spread each time."""
     made: list[Camera] = []
@@ -127,7 +135,9 @@ def test_exposure_and_gain_change_without_new_kernels(
         made.append(cam)
         return Spread(cam, *others)
 
+    monkeypatch.setattr("simgl.camera_pipeline.prefers_compute", lambda _: by_compute)
     monkeypatch.setattr("simgl.passes.spread.Spread", watched)
+    monkeypatch.setattr("simgl.passes.compute_spread.Spread", watched)
     cam = camera(256, spread=DIFFRACTION)
     target = ImageTarget(gl, (256, 192), [Format("f4", 4)])
     radiance = np.random.default_rng(8).random((192, 256, 4))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import moderngl
 import numpy as np
+import pytest
 from scipy.spatial.transform import Rotation
 
 from simgl.arrays import Array
@@ -154,7 +155,11 @@ def test_what_hides_the_other_one_hides_its_light() -> None:
     assert not shares[first.places[1][:, 0] > -0.9].any()
 
 
-def test_a_face_in_shadow_shows_the_light_of_the_sunlit_one_across(gl: moderngl.Context) -> None:
+@pytest.mark.parametrize("by_compute", [False, True])
+def test_a_face_in_shadow_shows_the_light_of_the_sunlit_one_across(
+    gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch, by_compute: bool
+) -> None:
+    monkeypatch.setattr("simgl.passes.interreflection.prefers_compute", lambda _: by_compute)
     gap = 2.0
     light, _ = from_other_surfaces(gl, two_boxes(gap, SUN))
     seen = 4.0 * square_seen(0.5 / gap, 0.5 / gap)

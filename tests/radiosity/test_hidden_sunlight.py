@@ -33,12 +33,13 @@ def model(name: str, quad_corners: tuple[Quad, ...], *materials: Material) -> Sp
     )
 
 
-def lit(plate: Material, wall: Material, shade: tuple[Quad, Array] | None) -> GatheredSunlight:
-    """What a plate with a wall gets of its own surfaces in the Sun.
+def plate_and_wall(
+    plate: Material, wall: Material, shade: tuple[Quad, Array] | None
+) -> tuple[SpacecraftModel, IncidentLight]:
+    """A body in the Sun, of ``baked(WALL)``.
 
     shade : a sheet before the Sun, and where it is
     """
-    transport = baked(WALL)
     body = model("plate and wall", (WALL, WALL), plate, wall)
     before: tuple[Neighbour, ...] = ()
     if shade is not None:
@@ -53,9 +54,15 @@ def lit(plate: Material, wall: Material, shade: tuple[Quad, Array] | None) -> Ga
         lamps=(),
         around=before,
     )
-    besides = PatchLight().besides_sky(body, transport, incident)
+    return body, incident
+
+
+def lit(plate: Material, wall: Material, shade: tuple[Quad, Array] | None) -> GatheredSunlight:
+    """What a plate with a wall gets of its own surfaces in the Sun."""
+    body, incident = plate_and_wall(plate, wall, shade)
+    besides = PatchLight().besides_sky(body, baked(WALL), incident)
     assert besides is not None
-    assert besides.sunlight is not None
+    assert isinstance(besides.sunlight, GatheredSunlight)
     return besides.sunlight
 
 

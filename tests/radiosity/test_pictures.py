@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import moderngl
 import numpy as np
+import pytest
 
 from simgl.scenario.scenario import Scenario
 from simgl.scene.mesh import sphere
@@ -17,7 +18,11 @@ def floor(gl: moderngl.Context, *, on: bool) -> dict[str, float]:
     return floor_means(radiance(gl, c6_scene(0.8, on=on)).sum(axis=2) * (1367.0 / IN_BANDS))
 
 
-def test_the_picture_of_the_open_box_has_the_floor_of_all_bounces(gl: moderngl.Context) -> None:
+@pytest.mark.parametrize("by_compute", [False, True])
+def test_the_picture_of_the_open_box_has_the_floor_of_all_bounces(
+    gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch, by_compute: bool
+) -> None:
+    monkeypatch.setattr("simgl.passes.interreflection.prefers_compute", lambda _: by_compute)
     found = floor(gl, on=True)
     np.testing.assert_allclose(found["shadow"], C6[0]["shadow"], rtol=0.05)
     np.testing.assert_allclose(found["lit"], C6[0]["lit"], rtol=0.05)
@@ -41,7 +46,11 @@ def two_sided_ball(*, on: bool) -> Scenario:
     return at_rest(model, 0.0, 0.0, (0.8, 0.0, -0.6), on=on)
 
 
-def test_the_shadow_side_of_a_two_sided_ball_is_dark(gl: moderngl.Context) -> None:
+@pytest.mark.parametrize("by_compute", [False, True])
+def test_the_shadow_side_of_a_two_sided_ball_is_dark(
+    gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch, by_compute: bool
+) -> None:
+    monkeypatch.setattr("simgl.passes.interreflection.prefers_compute", lambda _: by_compute)
     found, plain = (radiance(gl, two_sided_ball(on=on)) for on in (True, False))
     assert plain.max() > 1.0
     assert found[:, :64].max() == 0.0
