@@ -16,7 +16,6 @@ from simgl.camera.camera import Camera, Detector
 from simgl.camera.camera_equation import irradiance_per_radiance
 from simgl.camera.demosaic import develop
 from simgl.camera.distortion import sight_lines
-from simgl.camera.noise_streams import LARGEST_DRAW
 from simgl.display_colours import shown_channels, srgb_from_bands, white_radiance
 from simgl.errors import ConfigError
 from simgl.html_table import html_image, html_table
@@ -24,6 +23,7 @@ from simgl.physics.constants import SOLAR_CONSTANT, SOLAR_TEMPERATURE
 from simgl.physics.ephemeris import utc_from_tai_ns
 from simgl.physics.spectrum import BANDS, Bands, black_body_light
 from simgl.physics.thermal_radiation import band_temperature
+from simgl.value_checks import LARGEST_SEED, check_whole
 
 if TYPE_CHECKING:
     from xarray import DataArray
@@ -67,8 +67,8 @@ class FrameInfo:
         return self.camera.detector.bands
 
     def __post_init__(self) -> None:
-        if not 0 <= self.draw <= LARGEST_DRAW:
-            raise ValueError(f"draw must lie in 0..{LARGEST_DRAW}, got {self.draw}")
+        check_whole("draw", self.draw, 0, LARGEST_SEED)
+        check_whole("seed", self.seed, 0, LARGEST_SEED)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

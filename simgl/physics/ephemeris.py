@@ -18,6 +18,7 @@ import erfa
 
 from simgl.arrays import AnyArray, Array
 from simgl.physics.constants import ASTRONOMICAL_UNIT
+from simgl.value_checks import LARGEST_TIME, check_whole
 
 NANOSECONDS_PER_DAY = 86_400_000_000_000
 _JD_1970 = 2440587.5
@@ -66,7 +67,11 @@ def tai_ns_from_utc(utc: str) -> int:
 
 
 def utc_from_tai_ns(tai_ns: int) -> str:
-    """ISO 8601 UTC text of TAI nanoseconds, with as many decimals as it needs."""
+    """ISO 8601 UTC text of TAI nanoseconds, with as many decimals as it needs.
+
+    Raises ValueError for what is no integer of 64 bits.
+    """
+    check_whole("tai_ns", tai_ns, -LARGEST_TIME, LARGEST_TIME)
     tai_s, nanosecond = divmod(tai_ns, 1_000_000_000)
     with _future_leap_seconds_accepted():
         utc = erfa.taiutc(_JD_1970 + tai_s // 86400, (tai_s % 86400) / 86400.0)
