@@ -78,7 +78,7 @@ def run() -> None:
     """
     _silence_libraries()
     # Typer prints help by a console of its own, which would end with status 1.
-    Console.on_broken_pipe = _on_broken_pipe  # type: ignore[method-assign]
+    Console.on_broken_pipe = _on_broken_pipe  # type: ignore[assignment, method-assign]
     try:
         _load_further_commands()
         sys.exit(app(prog_name="simgl", standalone_mode=False) or 0)

@@ -15,9 +15,7 @@ def test_the_share_of_its_light_is_that_of_any_sun(side: float, share: float) ->
     tables = {
         "epoch": {"utc": "2026-03-20T12:00:00"},
         "sun": {"direction_icrf": [1.0, 0.0, 0.0], "irradiance_w_m2": 0.0},
-        "camera": {
-            "c": {"position_icrf_m": [7e6, 0, 0], "boresight": [1, 0, 0], "up": [0, 0, 1]}
-        },
+        "camera": {"c": {"position_icrf_m": [7e6, 0, 0], "boresight": [1, 0, 0], "up": [0, 0, 1]}},
     }
     scenario = simgl.scenario_from_dict(tables)
     with warnings.catch_warnings(action="error"):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 import moderngl
 import numpy as np
@@ -134,7 +134,7 @@ def test_a_lens(name: str, value: Any) -> None:
 @pytest.mark.parametrize("name", ["readout_time", "transport_latency"])
 def test_a_camera_that_answers_before_it_looks(name: str) -> None:
     with pytest.raises(ValueError, match=f"{name} must be 0 or more, got -1"):
-        replace(camera(), **{name: -1.0})
+        replace(camera(), **cast("dict[str, Any]", {name: -1.0}))
 
 
 @pytest.mark.parametrize(
@@ -150,8 +150,8 @@ def test_a_camera_that_answers_before_it_looks(name: str) -> None:
         lambda: simgl.exposure_value(4.0, 0.0),
         lambda: simgl.exposure_time(math.nan, 4.0),
         lambda: simgl.utc_from_tai_ns(1.774e18),  # type: ignore[arg-type]
-        lambda: pack_mono12p(np.full((2, 2), 50.5)),  # type: ignore[arg-type]
-        lambda: pack_mono12p(np.full((2, 2), -1)),  # type: ignore[arg-type]
+        lambda: pack_mono12p(np.full((2, 2), 50.5)),
+        lambda: pack_mono12p(np.full((2, 2), -1)),
         lambda: simgl.quaternion_from_matrix(-np.eye(3)),
         lambda: simgl.quaternion_from_matrix(2.0 * np.eye(3)),
         lambda: simgl.quaternion_from_matrix(np.full((3, 3), np.nan)),
