@@ -23,7 +23,7 @@ from simgl.physics.constants import SOLAR_CONSTANT, SOLAR_TEMPERATURE
 from simgl.physics.ephemeris import utc_from_tai_ns
 from simgl.physics.spectrum import BANDS, Bands, black_body_light
 from simgl.physics.thermal_radiation import band_temperature
-from simgl.value_checks import LARGEST_SEED, check_whole
+from simgl.value_checks import LARGEST_SEED, check_integer
 
 if TYPE_CHECKING:
     from xarray import DataArray
@@ -67,8 +67,8 @@ class FrameInfo:
         return self.camera.detector.bands
 
     def __post_init__(self) -> None:
-        check_whole("draw", self.draw, 0, LARGEST_SEED)
-        check_whole("seed", self.seed, 0, LARGEST_SEED)
+        check_integer("draw", self.draw, 0, LARGEST_SEED)
+        check_integer("seed", self.seed, 0, LARGEST_SEED)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -16,10 +16,10 @@ LARGEST_SEED = 2**32 - 1
 LARGEST_TIME = 2**63 - 1
 
 
-def check_whole(name: str, value: Any, low: int, high: int) -> None:
+def check_integer(name: str, value: Any, low: int, high: int) -> None:
     """``value`` must be an integer of Python or numpy from ``low`` to ``high``."""
     if isinstance(value, bool) or not hasattr(value, "__index__"):
-        raise ValueError(f"{name} must be a whole number, got {value!r:.80}")
+        raise ValueError(f"{name} must be an integer, got {value!r:.80}")
     if not low <= index(value) <= high:
         raise ValueError(f"{name} must lie in {low}..{high}, got {value}")
 

@@ -14,8 +14,8 @@ from simgl.value_checks import (
     LARGEST_SEED,
     check_bands,
     check_choice,
+    check_integer,
     check_positive,
-    check_whole,
     check_within,
 )
 
@@ -184,7 +184,7 @@ class Detector:
             ("bits", 1, MAX_BITS),
             ("serial", 0, LARGEST_SEED),
         ):
-            check_whole(f"detector: {name}", getattr(self, name), low, high)
+            check_integer(f"detector: {name}", getattr(self, name), low, high)
         for name in ("pixel_pitch", "full_well", "gain_dn_per_e", "fill_factor", "temperature"):
             check_positive(f"detector: {name}", getattr(self, name))
         for name in ("read_noise", "pedestal", "dark_current_300k", "row_noise", "row_time"):

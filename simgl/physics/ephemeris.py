@@ -18,7 +18,6 @@ import erfa
 
 from simgl.arrays import AnyArray, Array
 from simgl.physics.constants import ASTRONOMICAL_UNIT
-from simgl.value_checks import LARGEST_TIME, check_whole
 
 NANOSECONDS_PER_DAY = 86_400_000_000_000
 _JD_1970 = 2440587.5
@@ -69,9 +68,10 @@ def tai_ns_from_utc(utc: str) -> int:
 def utc_from_tai_ns(tai_ns: int) -> str:
     """ISO 8601 UTC text of TAI nanoseconds, with as many decimals as it needs.
 
-    Raises ValueError for what is no integer of 64 bits.
+    Raises ValueError for what is no integer: a float holds no nanoseconds of our years.
     """
-    check_whole("tai_ns", tai_ns, -LARGEST_TIME, LARGEST_TIME)
+    if not hasattr(tai_ns, "__index__"):
+        raise ValueError(f"tai_ns must be an integer, got {tai_ns!r:.80}")
     tai_s, nanosecond = divmod(tai_ns, 1_000_000_000)
     with _future_leap_seconds_accepted():
         utc = erfa.taiutc(_JD_1970 + tai_s // 86400, (tai_s % 86400) / 86400.0)

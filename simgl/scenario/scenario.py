@@ -44,8 +44,8 @@ from simgl.value_checks import (
     LARGEST_SEED,
     LARGEST_TIME,
     check_choice,
+    check_integer,
     check_positive,
-    check_whole,
 )
 
 
@@ -130,10 +130,10 @@ class Scenario:
     inputs: Mapping[Path, str] = field(default_factory=dict, compare=False)
 
     def __post_init__(self) -> None:
-        check_whole("seed", self.seed, 0, LARGEST_SEED)
+        check_integer("seed", self.seed, 0, LARGEST_SEED)
         if self.samples_per_pixel is not None:
-            check_whole("samples_per_pixel", self.samples_per_pixel, 1, 256)
-        check_whole("thermal_patches", self.thermal_patches, 1, 6000)
+            check_integer("samples_per_pixel", self.samples_per_pixel, 1, 256)
+        check_integer("thermal_patches", self.thermal_patches, 1, 6000)
         check_positive("thermal_step", self.thermal_step)
         check_choice("gather", self.gather, ("vertex", "pixel"))
         check_choice("joint_light", self.joint_light, ("exact", "quick"))
@@ -222,7 +222,7 @@ class Scenario:
         or turns nothing, such as a matrix that mirrors or scales; ValueError for a time that is no
         integer, or before 1970.
         """
-        check_whole("tai_ns", tai_ns, 0, LARGEST_TIME)
+        check_integer("tai_ns", tai_ns, 0, LARGEST_TIME)
         if sun is not None and not 0.0 < np.linalg.norm(sun) < np.inf:
             raise ValueError(f"sun must be a position away from the origin, got {sun}")
         given = joint_angles or {}

@@ -15,7 +15,7 @@ from simgl.physics.ephemeris import tai_ns_from_utc
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import CameraState, SceneState
 from simgl.sequence.epoch_options import EpochOptions, Event, EventOptions, SpanOptions
-from simgl.value_checks import LARGEST_TIME, check_choice, check_whole
+from simgl.value_checks import LARGEST_TIME, check_choice, check_integer
 
 _COMMAND_LINE = "command line"
 
@@ -156,9 +156,9 @@ def events(
     is no event, for times that are no integers, and for a stop before the start.
     """
     check_choice("kind", kind, tuple(Event))
-    check_whole("start_ns", start_ns, 0, LARGEST_TIME)
-    check_whole("stop_ns", stop_ns, start_ns, LARGEST_TIME)
-    check_whole("step_ns", step_ns, 1, LARGEST_TIME)
+    check_integer("start_ns", start_ns, 0, LARGEST_TIME)
+    check_integer("stop_ns", stop_ns, start_ns, LARGEST_TIME)
+    check_integer("step_ns", step_ns, 1, LARGEST_TIME)
     for name, known in ((camera, scenario.cameras), (target, scenario.models)):
         if name not in known:
             raise ConfigError(

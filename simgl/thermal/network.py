@@ -104,14 +104,14 @@ class ThermalNetwork:
         temperatures : (n,) before [K]
         before, after : (n,) absorbed light and internal power at both ends, linear between [W]
 
-        Implicit Euler by one step and by two halves, extrapolated (Richardson): the errors of the
-        first order cancel. A mode that decays fast is damped to 4 % or less of itself in a step
-        of any length, and a foil is in balance with the heat at its end.
+        Implicit Euler by one full step and by two halves, extrapolated (Richardson): the errors of
+        the first order cancel. A mode that decays fast is damped to 4 % or less of itself in a long
+        step, and a foil ends it near the balance with the heat at its end.
         """
-        whole = self.implicit_step(temperatures, 0.5 * (before + after), seconds)
+        full = self.implicit_step(temperatures, 0.5 * (before + after), seconds)
         half = self.implicit_step(temperatures, 0.75 * before + 0.25 * after, 0.5 * seconds)
         halves = self.implicit_step(half, 0.25 * before + 0.75 * after, 0.5 * seconds)
-        return np.maximum(2.0 * halves - whole, _COLDEST)
+        return np.maximum(2.0 * halves - full, _COLDEST)
 
     def implicit_step(self, temperatures: Array, heat: Array, seconds: float) -> Array:
         """(n,) temperatures after a time, by the implicit Euler method [K].

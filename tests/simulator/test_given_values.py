@@ -18,7 +18,7 @@ from simgl.scenario.scenario import Scenario
 from simgl.simulator import Product, Simulator
 from tests.camera.cameras import camera
 
-NOT_WHOLE = (1.5, 2.0, math.nan, "1", True, np.float64(2.0))
+NO_INTEGERS = (1.5, 2.0, math.nan, "1", True, np.float64(2.0))
 BLACK = (0.0, 0.0, 0.0, 0.0)
 
 
@@ -45,9 +45,9 @@ def simulator(gl: moderngl.Context, scenario: Scenario) -> Iterator[Simulator]:
 
 def test_a_draw_or_seed_that_is_no_integer(simulator: Simulator) -> None:
     state = simulator.scenario.at(simulator.scenario.epoch_tai_ns)
-    given: list[dict[str, Any]] = [{"draw": value} for value in (*NOT_WHOLE, None)]
-    for one in [*given, *({"seed": value} for value in NOT_WHOLE)]:
-        with pytest.raises(ValueError, match=rf"^{next(iter(one))} must be a whole number, got "):
+    given: list[dict[str, Any]] = [{"draw": value} for value in (*NO_INTEGERS, None)]
+    for one in [*given, *({"seed": value} for value in NO_INTEGERS)]:
+        with pytest.raises(ValueError, match=rf"^{next(iter(one))} must be an integer, got "):
             simulator.capture(state, "c", **one)
 
 

@@ -121,9 +121,9 @@ def test_half_a_step_has_a_quarter_of_the_error() -> None:
             t = network.step(t, dark, dark, step)
         return float(t[0])
 
-    whole, half, quarter = (after_1200_s(step) for step in (40.0, 20.0, 10.0))
+    full, half, quarter = (after_1200_s(step) for step in (40.0, 20.0, 10.0))
     # Between 2 (first order) and 8 (third); 1/n of the step is what the next order adds.
-    assert (whole - half) / (half - quarter) == pytest.approx(4.0, rel=0.15)
+    assert (full - half) / (half - quarter) == pytest.approx(4.0, rel=0.15)
 
 
 @pytest.mark.parametrize("seconds", [10.0, 30.0, 200.0, 3000.0])
@@ -141,7 +141,7 @@ def test_a_foil_follows_the_light_within_a_long_step(
     off = float(foil.step(start, first, last, seconds)[0] - exact[0])
     plain = float(foil.implicit_step(start, 0.5 * (first + last), seconds)[0] - exact[0])
     # Implicit Euler lags by 11 to 95 K. What is left of it is from the curve of T^4: without it
-    # two halves end in 3/4 of the change of light, the whole step in 1/2, and both together in all.
+    # two halves end in 3/4 of the change of light, the full step in 1/2, and both together in all.
     assert abs(off) < 0.3 * abs(plain)
 
 
