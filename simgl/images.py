@@ -16,7 +16,7 @@ from simgl.camera.camera import Camera, Detector
 from simgl.camera.camera_equation import irradiance_per_radiance
 from simgl.camera.demosaic import develop
 from simgl.camera.distortion import sight_lines
-from simgl.display_colours import shown_channels, srgb_from_bands, white_radiance
+from simgl.display_colours import in_strips, shown_channels, srgb_from_bands, white_radiance
 from simgl.errors import ConfigError
 from simgl.html_table import html_image, html_table
 from simgl.physics.constants import SOLAR_CONSTANT, SOLAR_TEMPERATURE
@@ -332,13 +332,13 @@ def display_from_radiance(radiance: Array32, gain: float = 1.0, bands: Bands = B
     """(height, width, 3) sRGB image of the bands R, G, B in natural colours.
 
     Other bands: the first three as red, green and blue; a single band as grey.
-
     White is a white surface that faces the Sun at 1 au, so that images are comparable.
 
     gain : factor of the brightness
     """
-    shown = radiance[..., shown_channels(bands)] * (np.float32(gain) / white_radiance(bands))
-    return srgb_from_linear(shown @ srgb_from_bands(bands).T)
+    factor = np.float32(gain) / white_radiance(bands)
+    shown, to_srgb = shown_channels(bands), srgb_from_bands(bands).T
+    return in_strips(lambda part: srgb_from_linear(part[..., shown] * factor @ to_srgb), radiance)
 
 
 def display_gain(radiance: Array32, bands: Bands = BANDS) -> float:
