@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
-from simgl.arrays import Array32
+from simgl.arrays import Array32, Image8
 from simgl.physics.spectrum import BANDS, Bands, black_body_light
 
 # Displayed as white, R G B: a white surface that faces a 5777 K Sun of 1367 W m-2 [W m-2 sr-1].
@@ -15,6 +17,17 @@ WHITE_RADIANCE = np.array([154.4, 174.8, 171.9], dtype=np.float32) / np.float32(
 SRGB_FROM_RGBN = np.array(
     [[0.816, 0.253, -0.069], [-0.109, 1.166, -0.057], [-0.042, -0.011, 1.053]], dtype=np.float32
 )
+
+
+# Of an image that is displayed, at a time: what it takes in between stays small, and in the cache.
+_STRIP_PIXELS = 2**18
+
+
+def in_strips(display: Callable[[Array32], Image8], image: Array32) -> Image8:
+    """What a function of single pixels makes of an image (height, width, ...), strip by strip."""
+    rows = max(_STRIP_PIXELS // max(image.shape[1], 1), 1)
+    strips = [display(image[top : top + rows]) for top in range(0, len(image), rows)]
+    return np.concatenate(strips) if len(strips) != 1 else strips[0]
 
 
 def shown_channels(bands: Bands) -> list[int]:

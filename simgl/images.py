@@ -16,14 +16,14 @@ from simgl.camera.camera import Camera, Detector
 from simgl.camera.camera_equation import irradiance_per_radiance
 from simgl.camera.demosaic import develop
 from simgl.camera.distortion import sight_lines
-from simgl.camera.noise_streams import LARGEST_DRAW
-from simgl.display_colours import shown_channels, srgb_from_bands, white_radiance
+from simgl.display_colours import in_strips, shown_channels, srgb_from_bands, white_radiance
 from simgl.errors import ConfigError
 from simgl.html_table import html_image, html_table
 from simgl.physics.constants import SOLAR_CONSTANT, SOLAR_TEMPERATURE
 from simgl.physics.ephemeris import utc_from_tai_ns
 from simgl.physics.spectrum import BANDS, Bands, black_body_light
 from simgl.physics.thermal_radiation import band_temperature
+from simgl.value_checks import LARGEST_SEED, check_integer
 
 if TYPE_CHECKING:
     from xarray import DataArray
@@ -67,8 +67,8 @@ class FrameInfo:
         return self.camera.detector.bands
 
     def __post_init__(self) -> None:
-        if not 0 <= self.draw <= LARGEST_DRAW:
-            raise ValueError(f"draw must lie in 0..{LARGEST_DRAW}, got {self.draw}")
+        check_integer("draw", self.draw, 0, LARGEST_SEED)
+        check_integer("seed", self.seed, 0, LARGEST_SEED)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -332,13 +332,13 @@ def display_from_radiance(radiance: Array32, gain: float = 1.0, bands: Bands = B
     """(height, width, 3) sRGB image of the bands R, G, B in natural colours.
 
     Other bands: the first three as red, green and blue; a single band as grey.
-
     White is a white surface that faces the Sun at 1 au, so that images are comparable.
 
     gain : factor of the brightness
     """
-    shown = radiance[..., shown_channels(bands)] * (np.float32(gain) / white_radiance(bands))
-    return srgb_from_linear(shown @ srgb_from_bands(bands).T)
+    factor = np.float32(gain) / white_radiance(bands)
+    shown, to_srgb = shown_channels(bands), srgb_from_bands(bands).T
+    return in_strips(lambda part: srgb_from_linear(part[..., shown] * factor @ to_srgb), radiance)
 
 
 def display_gain(radiance: Array32, bands: Bands = BANDS) -> float:

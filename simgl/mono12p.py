@@ -10,11 +10,15 @@ from simgl.arrays import Image16
 def pack_mono12p(dn: Image16) -> bytes:
     """GenICam's Mono12p (PFNC): two pixels in three bytes, low bits first, rows without padding.
 
-    An odd number of pixels ends with four zero bits. Raises ValueError beyond 12 bits.
+    An odd number of pixels ends with four zero bits. Raises ValueError beyond 12 bits, and for
+    pixels that are no integers.
     """
     flat = dn.ravel()
-    if flat.size and int(flat.max()) > 0xFFF:
-        raise ValueError(f"Mono12p holds 0..4095, got {int(flat.max())}")
+    if flat.dtype.kind not in "ui":
+        raise ValueError(f"Mono12p holds integers, got {flat.dtype}")
+    for extreme in (int(flat.min()), int(flat.max())) if flat.size else ():
+        if not 0 <= extreme <= 0xFFF:
+            raise ValueError(f"Mono12p holds 0..4095, got {extreme}")
     pairs = np.zeros((-(-flat.size // 2), 2), dtype=np.uint16)
     pairs.ravel()[: flat.size] = flat
     first, second = pairs.T

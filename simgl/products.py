@@ -7,6 +7,7 @@ from enum import StrEnum
 
 from simgl.camera.camera import Camera
 from simgl.errors import ConfigError
+from simgl.value_checks import check_choice
 
 
 class Product(StrEnum):
@@ -38,10 +39,16 @@ def products_of(camera: Camera) -> frozenset[Product]:
 
 
 def check_products(camera: Camera, products: Collection[Product], scenario: str) -> None:
-    """Raise ConfigError for products that a thermal camera does not have.
+    """Raise ConfigError for products that a thermal camera does not have, and ValueError for what
+    is no product.
 
     Other cameras omit the products that they do not have.
     """
+    # The letters of a text would be taken for products, too.
+    for product in [products] if isinstance(products, str) else products:
+        check_choice("products", product, ALL_PRODUCTS)
+    if isinstance(products, str):
+        raise ValueError(f"products must be a collection, such as {{Product.DN}}, got {products!r}")
     if camera.thermal is None:
         return
     for product in sorted(set(products) - THERMAL_PRODUCTS):

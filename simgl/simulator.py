@@ -162,7 +162,8 @@ class Simulator(AbstractContextManager["Simulator"]):
             ``TemperatureHistory``; those of the steady state if omitted. The frame says which
 
         Raises ConfigError for an unknown camera, for a camera inside a body and for a product that
-        the camera does not have; ValueError for a draw out of range.
+        the camera does not have; ValueError for what is no product, and for a draw or seed that is
+        no integer from 0 to 2^32 - 1.
         """
         (capture,) = self.captures(state, {camera: products}, during, seed, draw, temperatures)
         return capture
@@ -238,6 +239,7 @@ class Simulator(AbstractContextManager["Simulator"]):
         if still.camera.thermal is not None:
             problem = "sees thermal radiation; a bracket is of visible light"
             raise ConfigError(self.scenario.name, f'camera "{camera}"', problem)
+        check_products(still.camera, products, self.scenario.name)
         every = [still.camera, *settings]
         if len({(c.name, c.detector.pixel_pitch, c.geometry) for c in every}) > 1:
             raise ValueError("a setting changes the size or the field of view of the image")

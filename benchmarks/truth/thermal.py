@@ -123,7 +123,7 @@ def _two_plates() -> Row:
 
 
 def _balance() -> Row:
-    """The worst of steps of 1 to 600 s of a servicer in sunlight that goes out."""
+    """The worst of implicit steps of 1 to 600 s of a servicer in sunlight that goes out."""
     scenario = load_scenario(assets.examples() / "servicer.toml")
     name = next(iter(scenario.models))
     body = thermal_body(name, scenario.models[name], 300)
@@ -133,7 +133,7 @@ def _balance() -> Row:
         loads = heat_loads(body, state, simulator.skies.heat(state, name))
     t = network.steady(loads.heat)
     for seconds in (1.0, 10.0, 60.0, 600.0):
-        after = network.step(t, body.power, seconds)
+        after = network.implicit_step(t, body.power, seconds)
         stored = float(network.capacity @ (after - t)) / seconds
         fourth = STEFAN_BOLTZMANN * (after**4 - SPACE_TEMPERATURE**4)
         lost = float(network.to_space @ fourth)
@@ -196,6 +196,7 @@ def _orbit() -> Iterator[Row]:
         inside = (start + 1e-9, start + length - 1e-9)
         first = solve_ivp(rate, inside, first, method="DOP853", rtol=1e-11).y[:, -1]
         for _ in range(round(length / _STEP)):
-            t = network.step(t, share * (0.0 if dark else lit), _STEP)
+            heat = share * (0.0 if dark else lit)
+            t = network.step(t, heat, heat, _STEP)
         name = f"sphere after {'the shadow' if dark else 'the sunlight'} of orbit {number // 2 + 1}"
         yield difference(name, float(first[0]), float(t @ share), _GOAL)

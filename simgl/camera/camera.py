@@ -15,6 +15,7 @@ from simgl.camera.infrared_detector import InfraredDetector
 from simgl.camera.lens import Lens
 from simgl.camera.lidar import Lidar
 from simgl.physics.frames import angle_between
+from simgl.value_checks import check_within
 
 __all__ = ["Camera", "Detector", "Lens"]
 
@@ -23,12 +24,14 @@ __all__ = ["Camera", "Detector", "Lens"]
 class Camera:
     """A named camera.
 
-    exposure_time : [s]; ValueError for one below 0 or without a finite value
+    exposure_time : [s]
     readout_time : from the end of exposure to the last row read [s]
     transport_latency : from the last row read to the image in flight software [s]
     lidar : flash LIDAR that uses the lens and the pixels; None for none
     event_sensor : pixels of an event camera; None for none
     thermal : detector of thermal radiation; None for visible light
+
+    Raises ValueError for a time below 0 or without a finite value.
     """
 
     name: str
@@ -42,9 +45,8 @@ class Camera:
     thermal: InfraredDetector | None = None
 
     def __post_init__(self) -> None:
-        if not 0.0 <= self.exposure_time < np.inf:
-            problem = f"exposure_time must be 0 s or more, got {self.exposure_time:g}"
-            raise ValueError(f'camera "{self.name}": {problem}')
+        for name in ("exposure_time", "readout_time", "transport_latency"):
+            check_within(f'camera "{self.name}": {name}', getattr(self, name), 0.0)
 
     @property
     def focal_length_px(self) -> float:

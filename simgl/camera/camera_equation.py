@@ -8,6 +8,7 @@ import numpy as np
 
 from simgl.arrays import Array
 from simgl.camera.camera import Camera
+from simgl.value_checks import check_positive, check_within
 
 # Exposure value at setting 0 of the source study's software, by its documentation; 2^9.416 = 683.
 _BLENDER_ZERO = 9.416
@@ -38,12 +39,16 @@ def square_electrons_per_irradiance(camera: Camera, photons_per_joule: Array) ->
 
 
 def exposure_value(f_number: float, exposure_time: float) -> float:
-    """EV = log2(N^2 / t), t in seconds: 16 at f/4 and 1/4096 s."""
+    """EV = log2(N^2 / t), t in seconds: 16 at f/4 and 1/4096 s; ValueError for 0 or less."""
+    check_positive("f_number", f_number)
+    check_positive("exposure_time", exposure_time)
     return math.log2(f_number**2 / exposure_time)
 
 
 def exposure_time(value: float, f_number: float) -> float:
-    """Exposure time [s] of an exposure value at an f-number."""
+    """Exposure time [s] of an exposure value at an f-number; ValueError for EV beyond +-100."""
+    check_within("value", value, -100.0, 100.0)
+    check_positive("f_number", f_number)
     return float(f_number**2 / 2.0**value)
 
 

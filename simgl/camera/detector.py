@@ -10,6 +10,14 @@ import numpy as np
 from simgl.arrays import Array
 from simgl.camera.spectral_response import ResponseCurve
 from simgl.physics.spectrum import BANDS, Bands, PerBand
+from simgl.value_checks import (
+    LARGEST_SEED,
+    check_bands,
+    check_choice,
+    check_integer,
+    check_positive,
+    check_within,
+)
 
 ORDERS = ("RGGB", "BGGR", "GRBG", "GBRG")
 
@@ -18,6 +26,9 @@ REFERENCE_TEMPERATURE = 300.0  # [K] of stated dark currents
 
 # DN are uint16.
 MAX_BITS = 16
+
+# More pixels along an edge than any OpenGL driver draws.
+_LARGEST_EDGE = 2**20
 
 
 def band_gap(temperature: float) -> float:
@@ -58,6 +69,11 @@ class Mosaic:
         default=None, repr=False
     )
 
+    def __post_init__(self) -> None:
+        check_choice("mosaic: order", self.order, ORDERS)
+        for colour in ("red", "green", "blue"):
+            check_bands(f"mosaic: {colour}", getattr(self, colour))
+
     @property
     def square(self) -> tuple[PerBand, PerBand, PerBand, PerBand]:
         """Electrons per photon of the pixels (0, 0), (1, 0), (0, 1), (1, 1), column first."""
@@ -86,6 +102,12 @@ class FixedPattern:
     hot_pixels: float = 0.0
     hot_current: float = 0.0
 
+    def __post_init__(self) -> None:
+        for name in ("prnu", "dead_pixels", "hot_pixels"):
+            check_within(f"pattern: {name}", getattr(self, name), 0.0, 1.0)
+        for name in ("dsnu", "rows", "columns", "hot_current"):
+            check_within(f"pattern: {name}", getattr(self, name), 0.0)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Particles:
@@ -100,6 +122,11 @@ class Particles:
     flux: float
     depth: float
     charge: float
+
+    def __post_init__(self) -> None:
+        check_within("particles: flux", self.flux, 0.0)
+        check_positive("particles: depth", self.depth)
+        check_positive("particles: charge", self.charge)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -151,13 +178,19 @@ class Detector:
     bands: Bands = BANDS
 
     def __post_init__(self) -> None:
-        for name in ("width", "height", "pixel_pitch", "full_well", "gain_dn_per_e"):
-            if not getattr(self, name) > 0.0:
-                raise ValueError(f"detector: {name} must be above 0, got {getattr(self, name):g}")
-        if not 1 <= self.bits <= MAX_BITS:
-            raise ValueError(f"detector: bits must lie in 1..{MAX_BITS}, got {self.bits}")
-        if not self.read_noise >= 0.0:
-            raise ValueError(f"detector: read_noise must be 0 or more, got {self.read_noise:g}")
+        for name, low, high in (
+            ("width", 1, _LARGEST_EDGE),
+            ("height", 1, _LARGEST_EDGE),
+            ("bits", 1, MAX_BITS),
+            ("serial", 0, LARGEST_SEED),
+        ):
+            check_integer(f"detector: {name}", getattr(self, name), low, high)
+        for name in ("pixel_pitch", "full_well", "gain_dn_per_e", "fill_factor", "temperature"):
+            check_positive(f"detector: {name}", getattr(self, name))
+        for name in ("read_noise", "pedestal", "dark_current_300k", "row_noise", "row_time"):
+            check_within(f"detector: {name}", getattr(self, name), 0.0)
+        check_within("detector: blooming", self.blooming, 0.0, 1.0)
+        check_bands("detector: quantum_efficiency", self.quantum_efficiency)
 
     @property
     def dark_current(self) -> float:

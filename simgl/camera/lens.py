@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf
-from typing import Literal
+from typing import Literal, get_args
 
 from simgl.camera.projections import Projection
 from simgl.physics.spectrum import PerBand
+from simgl.value_checks import check_bands, check_choice, check_positive, check_within
+
+CameraEquation = Literal["4N2", "1+4N2"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,7 +99,7 @@ class Lens:
     focal_length: float
     f_number: float
     transmission: PerBand = (1.0, 1.0, 1.0, 1.0)
-    camera_equation: Literal["4N2", "1+4N2"] = "4N2"
+    camera_equation: CameraEquation = "4N2"
     vignetting: Vignetting = Vignetting()
     distortion: Projection | None = None
     spread: PointSpread | None = None
@@ -109,6 +111,7 @@ class Lens:
 
     def __post_init__(self) -> None:
         for name in ("focal_length", "f_number", "aspect"):
-            value = getattr(self, name)
-            if not 0.0 < value < inf:
-                raise ValueError(f"lens: {name} must be above 0, got {value:g}")
+            check_positive(f"lens: {name}", getattr(self, name))
+        check_bands("lens: transmission", self.transmission)
+        check_within("lens: veiling_glare", self.veiling_glare, 0.0, 1.0)
+        check_choice("lens: camera_equation", self.camera_equation, get_args(CameraEquation))

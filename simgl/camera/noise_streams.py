@@ -23,9 +23,6 @@ _WEYL = np.array([0x9E3779B9, 0xBB67AE85], dtype=np.uint64)
 _MASK = np.uint64(0xFFFFFFFF)
 _SHIFT = np.uint64(32)
 
-# Of the draws of one epoch.
-LARGEST_DRAW = 2**32 - 1
-
 # Pixels in a row that share one call of Philox, one word each.
 PIXELS = 4
 

@@ -10,11 +10,12 @@ from importlib.metadata import entry_points
 from typing import Annotated
 
 import typer
+from rich.console import Console
 
 from simgl.commands import inspection_commands, render_commands, start_commands
 from simgl.commands.assess_command import assess
 from simgl.commands.bench_command import bench
-from simgl.commands.command_line import say, with_quiet
+from simgl.commands.command_line import end_without_reader, say, with_quiet
 from simgl.commands.events_command import events
 from simgl.commands.record_command import record
 from simgl.commands.ros2_command import ros2
@@ -76,6 +77,8 @@ def run() -> None:
     exit status 2.
     """
     _silence_libraries()
+    # Typer prints help by a console of its own, which would end with status 1.
+    Console.on_broken_pipe = _on_broken_pipe  # type: ignore[assignment, method-assign]
     try:
         _load_further_commands()
         sys.exit(app(prog_name="simgl", standalone_mode=False) or 0)
@@ -93,6 +96,11 @@ def run() -> None:
         if line:
             print(f"simgl: {line}", file=sys.stderr)
         sys.exit(2)
+
+
+def _on_broken_pipe(console: Console) -> None:
+    console.quiet = True
+    end_without_reader()
 
 
 def _silence_libraries() -> None:

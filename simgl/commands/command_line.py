@@ -11,7 +11,7 @@ import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
-from typing import Annotated, Any, get_type_hints
+from typing import Annotated, Any, NoReturn, get_type_hints
 
 import typer
 from rich.console import Console, RenderableType
@@ -61,12 +61,22 @@ def _json_value(value: Any) -> Any:
 def _print(text: str, end: str = "\n") -> None:
     try:
         print(text, end=end, flush=True)
+    except BrokenPipeError:
+        end_without_reader()
     except OSError as error:
-        # What is left in the buffer must not fail again when Python ends.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        if isinstance(error, BrokenPipeError):
-            interruption.receive(signal.SIGPIPE)
+        _drop_rest_of_stdout()
         raise OutputError(f"standard output: cannot be written ({error.strerror})") from None
+
+
+def end_without_reader() -> NoReturn:
+    """End the command: the reader of stdout has closed it."""
+    _drop_rest_of_stdout()
+    interruption.receive(signal.SIGPIPE)
+
+
+def _drop_rest_of_stdout() -> None:
+    """What is left in the buffer must not fail again when Python ends."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def resumable(folder: Path, total: int, rows: str) -> None:

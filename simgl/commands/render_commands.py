@@ -95,14 +95,16 @@ def render(
     )
     with opened(loaded) as simulator:
         for name in names:
-            with activity(f"drawing {name}"):
+            with activity(f"drawing {name}") as progress:
                 wanted = products & products_of(loaded.cameras[name])
                 capture = simulator.capture_at(epoch, name, wanted, draw)
+                progress.begin_stage(f"writing {name}")
                 paths = write_capture(capture, out, name, packed=packed)
                 if maps:
                     from simgl.figures.maps import write_maps
 
-                    paths += write_maps(capture, out, name)
+                    progress.begin_stage(f"maps of {name}")
+                    paths += write_maps(capture, out, name, progress)
             written.append(name)
             say(*paths)
 

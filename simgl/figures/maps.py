@@ -23,6 +23,7 @@ from simgl.images import ElectronFrame, FrameInfo, ThermalFrame
 from simgl.output import complete_file
 from simgl.physics.ephemeris import utc_from_tai_ns
 from simgl.physics.spectrum import BANDS
+from simgl.progress import ProgressCallback, silent
 from simgl.simulator import Capture
 
 if TYPE_CHECKING:
@@ -30,7 +31,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def write_maps(capture: Capture, folder: Path, name: str) -> list[Path]:
+def write_maps(
+    capture: Capture, folder: Path, name: str, progress: ProgressCallback | None = None
+) -> list[Path]:
     """Write a PNG per map that the captured frames allow, such as ``NAME.map.radiance.png``.
 
     returns : the written paths
@@ -55,8 +58,10 @@ def write_maps(capture: Capture, folder: Path, name: str) -> list[Path]:
         maps.append(("lidar_return", lambda: _returned(lidar.info, lidar.electrons)))
     if (thermal := capture.thermal) is not None:
         maps.append(("brightness_temperature", lambda: thermal_map(thermal)))
+    report = silent if progress is None else progress
     paths = []
-    for kind, draw in maps:
+    for number, (kind, draw) in enumerate(maps):
+        report(number, len(maps))
         path = folder / f"{name}.map.{kind}.png"
         with figure_style(), complete_file(path) as temporary:
             draw().savefig(temporary, dpi=_DPI)

@@ -11,7 +11,8 @@ varies by a factor of two within hours. Aurorae are not modelled.
 
 Other measurements: the green line 250 R over Japan (Vyas and Saraswat 2012) and 320 R in North
 America (Johnston 1992, thesis); the latter also gives 4.4 kR in six hydroxyl bands at 728 to
-882 nm, where the model has 7.0 kR in and between all bands from 700 to 900 nm.
+882 nm, where the model has 7.0 kR in and between all bands from 700 to 900 nm. Below 400 nm there
+is no value here.
 
 Beyond 1 um hydroxyl is a hundred times brighter. Its bands (Delta v = 2 from 1.4 to 2.3 um) and
 oxygen at 1.27 um are estimates: 400 kR from 1.5 to 1.8 um after the H band's 13.9 mag arcsec-2
@@ -38,34 +39,34 @@ GLOW_DEPTH = 10e3
 
 RAYLEIGH = 1e10 / (4.0 * np.pi)  # [photons m-2 s-1 sr-1]
 
-# Wavelength [m], radiance at the zenith [R]. Continua and groups of bands are given at their mean
-# wavelength, weighted by energy.
-_GLOW = np.array(
-    [
-        (557.7e-9, 190.0),  # O I
-        (589.3e-9, 47.0),  # Na
-        (555e-9, 530.0),  # FeO and NO2, continuous
-        (448e-9, 410.0),  # O2, Herzberg and Chamberlain, and continuous
-        (648e-9, 800.0),  # OH and continuous
-        (892e-9, 15000.0),  # OH, and O2 at 864 nm
-    ]
+# Wavelength [nm], radiance at the zenith [R], and between which wavelengths it is spread [nm]:
+# lines over none; continua and groups of bands, at their mean wavelength weighted by energy, over
+# all that the model gives in one number.
+_Rows = tuple[tuple[float, float, float, float], ...]
+_GLOW: _Rows = (
+    (557.7, 190.0, 557.7, 557.7),  # O I
+    (589.3, 47.0, 589.3, 589.3),  # Na
+    (555.0, 530.0, 500.0, 600.0),  # FeO and NO2, continuous
+    (448.0, 410.0, 400.0, 500.0),  # O2, Herzberg and Chamberlain, and continuous
+    (648.0, 800.0, 600.0, 700.0),  # OH and continuous
+    (838.3, 7000.0, 700.0, 900.0),  # OH, and O2 at 864 nm
+    (945.0, 8000.0, 900.0, 1000.0),  # OH
 )
-_ABSORBED_BELOW = np.array([(762e-9, 5000.0)])  # O2
-# Used in bands of a scenario alone; each line stands for a group of 30 to 60 nm.
-_INFRARED = np.array(
-    [
-        *((1030e-9, 12e3), (1085e-9, 20e3), (1145e-9, 22e3), (1215e-9, 20e3), (1310e-9, 12e3)),
-        *((1270e-9, 30e3), (1435e-9, 60e3), (1505e-9, 70e3), (1550e-9, 55e3), (1600e-9, 85e3)),
-        *((1650e-9, 75e3), (1700e-9, 70e3), (1760e-9, 50e3), (1850e-9, 60e3), (1950e-9, 50e3)),
-        *((2020e-9, 40e3), (2100e-9, 35e3), (2180e-9, 25e3), (2250e-9, 10e3)),
-    ]
+_ABSORBED_BELOW: _Rows = ((762.0, 5000.0, 762.0, 762.0),)  # O2
+# Used in bands of a scenario alone; each row but oxygen's at 1270 nm stands for a group.
+_GROUPS = (
+    *((1030.0, 12e3), (1085.0, 20e3), (1145.0, 22e3), (1215.0, 20e3), (1310.0, 12e3)),
+    *((1435.0, 60e3), (1505.0, 70e3), (1550.0, 55e3), (1600.0, 85e3), (1650.0, 75e3)),
+    *((1700.0, 70e3), (1760.0, 50e3), (1850.0, 60e3), (1950.0, 50e3), (2020.0, 40e3)),
+    *((2100.0, 35e3), (2180.0, 25e3), (2250.0, 10e3)),
 )
-_INFRARED_ABSORBED_BELOW = np.array([(1270e-9, 150e3)])
+_INFRARED: _Rows = (
+    *((middle, glow, middle - 25.0, middle + 25.0) for middle, glow in _GROUPS),
+    (1270.0, 30e3, 1262.0, 1278.0),
+)
+_INFRARED_ABSORBED_BELOW: _Rows = ((1270.0, 150e3, 1262.0, 1278.0),)
 # Below this wavelength oxygen's layer shines, above it hydroxyl's.
 _HYDROXYL = 600e-9
-# Continua and groups of lines are this wide [m].
-_WIDTH = 50e-9
-_LINES = (557.7e-9, 589.3e-9, 762e-9)
 
 
 def glow_bottom(bands: Bands = BANDS) -> Array:
@@ -82,34 +83,28 @@ def zenith_glow(*, from_below: bool, bands: Bands = BANDS) -> Array:
 
     from_below : seen from the ground, without the 762 nm line that the air below absorbs
     """
-    lines = _GLOW if from_below else np.concatenate([_GLOW, _ABSORBED_BELOW])
+    rows = _GLOW if from_below else (*_GLOW, *_ABSORBED_BELOW)
     if bands != BANDS:
-        absorbed = _INFRARED[:0] if from_below else _INFRARED_ABSORBED_BELOW
-        lines = np.concatenate([lines, _INFRARED, absorbed])
-    wavelength, rayleighs = lines.T
-    radiance = rayleighs * RAYLEIGH * PLANCK * LIGHT_SPEED / wavelength
-    if bands != BANDS:
-        glow = _in_bands(wavelength, radiance, bands)
-    else:
-        within = ((wavelength >= low) & (wavelength < high) for low, high in BANDS.edges)
-        glow = np.array([radiance[one].sum() for one in within])
+        absorbed = () if from_below else _INFRARED_ABSORBED_BELOW
+        rows = (*rows, *_INFRARED, *absorbed)
+    glow = np.zeros(CHANNELS)
+    for wavelength, rayleighs, low, high in rows:
+        power = rayleighs * RAYLEIGH * PLANCK * LIGHT_SPEED / (1e-9 * wavelength)
+        for index in range(len(bands.edges)):
+            glow[index] += power * _passed(bands, index, 1e-9 * low, 1e-9 * high)
     glow.flags.writeable = False
     return glow
 
 
-def _in_bands(wavelength: Array, radiance: Array, bands: Bands) -> Array:
-    """(4,) of lines and groups, those of continua and groups spread over their widths."""
-    result = np.zeros(CHANNELS)
-    for one, power in zip(wavelength.tolist(), radiance.tolist(), strict=True):
-        # What the model gives in one number from 700 to 1000 nm is as wide as that.
-        half = 0.0 if one in _LINES else {892e-9: 100e-9, 1270e-9: 8e-9}.get(one, 0.5 * _WIDTH)
-        for index, (low, high) in enumerate(bands.edges):
-            inside = float(low <= one < high)
-            if half > 0.0:
-                inside = max(min(high, one + half) - max(low, one - half), 0.0) / (2.0 * half)
-            passed = float(bands.transmission(np.array([np.clip(one, low, high)]))[0])
-            result[index] += power * inside * passed
-    return result
+def _passed(bands: Bands, index: int, low: float, high: float) -> float:
+    """Fraction of what is spread evenly from ``low`` to ``high`` [m] that comes through a band."""
+    if low == high:
+        begin, end = bands.edges[index]
+        return float(bands.transmission(np.array(low))) if begin <= low < end else 0.0
+    middle = bands.steps(index)
+    half = 0.5 * (bands.edges[index][1] - bands.edges[index][0]) / len(middle)
+    inside = np.minimum(middle + half, high) - np.maximum(middle - half, low)
+    return float(np.maximum(inside, 0.0) @ bands.transmission(middle)) / (high - low)
 
 
 def path_in_layers(radius: float, lowest: Array, bands: Bands = BANDS) -> Array:

@@ -66,7 +66,12 @@ def tai_ns_from_utc(utc: str) -> int:
 
 
 def utc_from_tai_ns(tai_ns: int) -> str:
-    """ISO 8601 UTC text of TAI nanoseconds, with as many decimals as it needs."""
+    """ISO 8601 UTC text of TAI nanoseconds, with as many decimals as it needs.
+
+    Raises ValueError for what is no integer: a float holds no nanoseconds of our years.
+    """
+    if not hasattr(tai_ns, "__index__"):
+        raise ValueError(f"tai_ns must be an integer, got {tai_ns!r:.80}")
     tai_s, nanosecond = divmod(tai_ns, 1_000_000_000)
     with _future_leap_seconds_accepted():
         utc = erfa.taiutc(_JD_1970 + tai_s // 86400, (tai_s % 86400) / 86400.0)

@@ -40,6 +40,13 @@ from simgl.scene.state import (
     SunAtPosition,
     SunInDirection,
 )
+from simgl.value_checks import (
+    LARGEST_SEED,
+    LARGEST_TIME,
+    check_choice,
+    check_integer,
+    check_positive,
+)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -122,6 +129,15 @@ class Scenario:
     # What counts of them is in the fields above.
     inputs: Mapping[Path, str] = field(default_factory=dict, compare=False)
 
+    def __post_init__(self) -> None:
+        check_integer("seed", self.seed, 0, LARGEST_SEED)
+        if self.samples_per_pixel is not None:
+            check_integer("samples_per_pixel", self.samples_per_pixel, 1, 256)
+        check_integer("thermal_patches", self.thermal_patches, 1, 6000)
+        check_positive("thermal_step", self.thermal_step)
+        check_choice("gather", self.gather, ("vertex", "pixel"))
+        check_choice("joint_light", self.joint_light, ("exact", "quick"))
+
     @property
     def bands(self) -> Bands:
         """The bands of all light and reflectances."""
@@ -203,8 +219,11 @@ class Scenario:
             scenario gives the Sun by direction and irradiance, only the direction is used
 
         Raises ConfigError for a name that is not the scenario's, and for a pose that is not finite
-        or whose matrix is not a rotation.
+        or whose matrix is not a rotation; ValueError for a time that is no integer, or before 1970.
         """
+        check_integer("tai_ns", tai_ns, 0, LARGEST_TIME)
+        if sun is not None and not 0.0 < np.linalg.norm(sun) < np.inf:
+            raise ValueError(f"sun must be a position away from the origin, got {sun}")
         given = joint_angles or {}
         with self._named_in_errors():
             known = self.motions.keys() | self.models.keys()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from math import isfinite
 
-from simgl.physics.spectrum import Curve
+from simgl.physics.spectrum import CHANNELS, Curve
 from simgl.scene.surface_layers import SMOOTHEST, Bands, Cells, Coat, Crinkle
 from simgl.scene.textures import Maps
 from simgl.scene.thermal_surface import ThermalSurface
@@ -59,6 +59,9 @@ class Material:
         return self.conserving or any(layer is not None for layer in layers)
 
     def __post_init__(self) -> None:
+        if len(self.reflectance) != CHANNELS:
+            problem = f"reflectance has {CHANNELS} bands, got {len(self.reflectance)}"
+            raise ValueError(f'material "{self.name}": {problem}')
         for value in (*self.reflectance, self.metallic):
             if not 0.0 <= value <= 1.0:
                 raise ValueError(

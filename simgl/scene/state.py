@@ -266,9 +266,13 @@ class SceneState:
         )
 
     def sunlit_share(self, point: Array) -> float:
-        """Fraction of the Sun's light, over all bands, that reaches a point (3,) [m]."""
+        """Fraction of the Sun's light, over all bands, that reaches a point (3,) [m].
+
+        A Sun without light has the fraction that it would have with equal light in each band.
+        """
         irradiance = self.sun.seen_from(point).irradiance
-        return float(irradiance @ self.sunlight(point) / irradiance.sum())
+        weights = irradiance if irradiance.any() else np.ones_like(irradiance)
+        return float(weights @ self.sunlight(point) / weights.sum())
 
     def sunlight(self, point: Array) -> Array:
         """(4,) fraction of the Sun's light that Earth, air and Moon let reach a point (3,) [m]."""

@@ -15,6 +15,7 @@ from simgl.physics.ephemeris import tai_ns_from_utc
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import CameraState, SceneState
 from simgl.sequence.epoch_options import EpochOptions, Event, EventOptions, SpanOptions
+from simgl.value_checks import LARGEST_TIME, check_choice, check_integer
 
 _COMMAND_LINE = "command line"
 
@@ -147,7 +148,22 @@ def event_epochs(
     stop_ns: int,
     step_ns: int,
 ) -> list[int]:
-    """Epochs [TAI ns] between two at which the event begins."""
+    """Epochs [TAI ns] between two at which the event begins.
+
+    step_ns : between two tests of the condition; an event that ends sooner may be missed
+
+    Raises ConfigError for a camera or target that the scenario does not have; ValueError for what
+    is no event, for times that are no integers, and for a stop before the start.
+    """
+    check_choice("kind", kind, tuple(Event))
+    check_integer("start_ns", start_ns, 0, LARGEST_TIME)
+    check_integer("stop_ns", stop_ns, start_ns, LARGEST_TIME)
+    check_integer("step_ns", step_ns, 1, LARGEST_TIME)
+    for name, known in ((camera, scenario.cameras), (target, scenario.models)):
+        if name not in known:
+            raise ConfigError(
+                scenario.name, f'"{name}"', f"is unknown; {did_you_mean(name, known)}"
+            )
     condition = _condition(kind, camera, target)
 
     def holds(tai_ns: int) -> bool:

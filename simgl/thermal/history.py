@@ -70,18 +70,17 @@ def steady_under(
 def advanced_under(
     body: ThermalBody, before: ThermalState, loads: HeatLoads, tai_ns: int
 ) -> ThermalState:
-    """The state at a later time; the light between is the mean of both ends.
+    """The state at a later time; the light changes evenly from one end to the other.
 
     Raises SimglError for a time that is not later.
     """
     seconds = 1e-9 * (tai_ns - before.tai_ns)
     if seconds <= 0.0:
         raise SimglError(f"temperatures go on from an earlier time, not from {-seconds:g} s later")
-    mean = 0.5 * (before.heat + loads.heat)
     history = before.history if " " in before.history else f"from the {before.history} state"
     return ThermalState(
         tai_ns=tai_ns,
-        temperatures=body.network.step(before.temperatures, mean, seconds),
+        temperatures=body.network.step(before.temperatures, before.heat, loads.heat, seconds),
         sunlight=loads.sunlight,
         heat=loads.heat,
         history=history,
@@ -99,7 +98,7 @@ def thermal_history(
 ) -> Iterator[ThermalState]:
     """A body's state at each epoch, the first included.
 
-    epochs : [TAI ns], increasing; the steps between them take the mean light of their ends
+    epochs : [TAI ns], increasing; between them light changes evenly
     skies : those of a simulator (``Simulator.skies``), or ``EmptySkies`` without an Earth
     start : the steady state of the first epoch, or the state that comes back when the span repeats
     """
@@ -113,10 +112,10 @@ def thermal_history(
     first = loads[0]
     if start == "periodic":
         seconds = [1e-9 * (b - a) for a, b in pairwise(ends)]
-        heats = [0.5 * (a.heat + b.heat) for a, b in pairwise(loads)]
+        heats = [one.heat for one in loads]
         temperatures = _periodic(body, heats, seconds)
-        key = hashlib.blake2b(body.network.digest.encode(), digest_size=16)
-        for heat, length in zip(heats, seconds, strict=True):
+        key = hashlib.blake2b(body.network.digest.encode() + heats[0].tobytes(), digest_size=16)
+        for heat, length in zip(heats[1:], seconds, strict=True):
             key.update(heat.tobytes() + repr(length).encode())
         digest = key.hexdigest()
     else:
@@ -141,15 +140,16 @@ def _periodic(body: ThermalBody, heats: Sequence[Array], seconds: Sequence[float
 
     Starts from the steady state under the mean heat, which is near for slow nodes.
     """
-    if not heats:
+    if not seconds:
         raise SimglError("a periodic start needs at least one step")
-    mean = np.average(heats, axis=0, weights=seconds)
+    steps = [(*ends, length) for ends, length in zip(pairwise(heats), seconds, strict=True)]
+    mean = np.average([0.5 * (a + b) for a, b, _ in steps], axis=0, weights=seconds)
     t = body.network.steady(mean)
     change = np.inf
     for _ in range(_MAX_PERIODS):
         before = t
-        for heat, length in zip(heats, seconds, strict=True):
-            t = body.network.step(t, heat, length)
+        for a, b, length in steps:
+            t = body.network.step(t, a, b, length)
         change = float(np.max(np.abs(t - before)))
         if change < _SETTLED:
             return t

@@ -98,7 +98,22 @@ class ThermalNetwork:
         gained = heat - self.conduction @ temperatures + self.coupling @ fourth
         return np.asarray(gained - self.emitting_area * fourth + self.to_space * space)
 
-    def step(self, temperatures: Array, heat: Array, seconds: float) -> Array:
+    def step(self, temperatures: Array, before: Array, after: Array, seconds: float) -> Array:
+        """(n,) temperatures after a time, right to the second order of the step [K].
+
+        temperatures : (n,) before [K]
+        before, after : (n,) absorbed light and internal power at both ends, linear between [W]
+
+        Implicit Euler by one full step and by two halves, extrapolated (Richardson): the errors of
+        the first order cancel. A mode that decays fast is damped to 4 % or less of itself in a long
+        step, and a foil ends it near the balance with the heat at its end.
+        """
+        full = self.implicit_step(temperatures, 0.5 * (before + after), seconds)
+        half = self.implicit_step(temperatures, 0.75 * before + 0.25 * after, 0.5 * seconds)
+        halves = self.implicit_step(half, 0.25 * before + 0.75 * after, 0.5 * seconds)
+        return np.maximum(2.0 * halves - full, _COLDEST)
+
+    def implicit_step(self, temperatures: Array, heat: Array, seconds: float) -> Array:
         """(n,) temperatures after a time, by the implicit Euler method [K].
 
         temperatures : (n,) before [K]
@@ -113,7 +128,7 @@ class ThermalNetwork:
         linear = stored + self.conduction.diagonal()
         for _ in range(_MAX_STEPS):
             residual = self.net_heat(t, heat) - stored * (t - temperatures)
-            if self._balanced(t, heat, residual):
+            if self._balanced(t, heat, residual, stored):
                 return t
             slope = 4.0 * STEFAN_BOLTZMANN * t**3
             change = self._solved(stored, slope, residual, seconds) / t
@@ -132,12 +147,13 @@ class ThermalNetwork:
         start : (n,) first guess; a node that couples to nothing stays there
         """
         first = np.full(len(self.capacity), 280.0) if start is None else start
-        return self.step(first, heat, _FOR_EVER)
+        return self.implicit_step(first, heat, _FOR_EVER)
 
-    def _balanced(self, t: Array, heat: Array, residual: Array) -> bool:
+    def _balanced(self, t: Array, heat: Array, residual: Array, stored: Array) -> bool:
         flows = np.abs(heat) + self.emitting_area * STEFAN_BOLTZMANN * t**4 + 1e-30
-        total = np.abs(residual).sum() <= BALANCE * flows.sum()
-        return bool(total and np.all(np.abs(residual) <= BALANCE * flows.max()))
+        # A short step of a heavy node: no temperature of float64 is nearer.
+        left = np.maximum(np.abs(residual) - stored * np.spacing(t), 0.0)
+        return bool(left.sum() <= BALANCE * flows.sum() and np.all(left <= BALANCE * flows.max()))
 
     def _solved(self, stored: Array, slope: Array, residual: Array, seconds: float) -> Array:
         def factorised() -> SuperLU:

@@ -12,7 +12,7 @@ from tests.camera.cameras import camera
 
 @pytest.mark.parametrize("seconds", [-1.0, float("nan"), float("inf")])
 def test_an_exposure_time_below_zero_or_without_a_value(seconds: float) -> None:
-    with pytest.raises(ValueError, match="exposure_time must be 0 s or more, got"):
+    with pytest.raises(ValueError, match="exposure_time must be 0 or more, got"):
         replace(camera(), exposure_time=seconds)
 
 

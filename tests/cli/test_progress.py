@@ -13,7 +13,8 @@ import moderngl
 import pytest
 from rich.console import Console
 
-from simgl import cli, cli_progress
+from simgl import Product, cli, cli_progress, scenario_from_dict
+from simgl.maps import write_maps
 from simgl.simulator import Simulator
 from tests.patience import wait_until
 
@@ -97,7 +98,28 @@ def test_render_names_each_stage(
         "tables of the air",
         "light between surfaces of block",
         "drawing nav",
+        "writing nav",
     ]
+
+
+def test_maps_are_counted(gl: moderngl.Context, tmp_path: Path) -> None:
+    seen: list[tuple[int, int]] = []
+    scenario = scenario_from_dict(
+        {
+            "epoch": {"utc": "2026-03-20T12:00:00"},
+            "sun": {"direction_icrf": [1.0, 0.0, 0.0]},
+            "earth": {"shape": "none"},
+            "camera": {
+                "c": {"position_icrf_m": [0, 0, 0], "boresight": [1, 0, 0], "up": [0, 0, 1]}
+                | {"width_px": 16, "height_px": 16}
+            },
+        }
+    )
+    with Simulator(scenario, ctx=gl) as simulator:
+        products = {Product.RADIANCE, Product.ELECTRONS}
+        capture = simulator.capture_at(scenario.epoch_tai_ns, "c", products)
+    paths = write_maps(capture, tmp_path, "c", lambda done, total: seen.append((done, total)))
+    assert seen == [(number, len(paths)) for number in range(len(paths))]
 
 
 SPHERE = 'shape = "sphere"\nradius_km = 6371.0\nalbedo = 0.3'

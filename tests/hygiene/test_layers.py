@@ -29,7 +29,7 @@ LAYERS = (
         "sparse_arrays",
     ),
     ("disk_cache", "file_cache", "gpu", "physics"),
-    ("config", "display_colours", "environment_map", "motion"),
+    ("config", "display_colours", "environment_map", "motion", "value_checks"),
     ("camera", "glossy_sky"),
     ("images", "mono12p", "products", "scene"),
     ("flash_lidar", "model_files", "rays"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import tracemalloc
 
 import moderngl
 import numpy as np
@@ -85,3 +86,16 @@ def test_each_dn_of_a_grey_image_is_shown_as_development_says() -> None:
     dn = np.arange(65536, dtype=np.uint16).reshape(256, 256)
     expected = srgb_from_linear(develop(dn, camera.detector, np.ones(4), 2.0))
     np.testing.assert_array_equal(display_from_dn(dn, camera, 2.0), expected)
+
+
+def test_a_large_image_is_displayed_strip_by_strip() -> None:
+    # Three strips of 2^18 pixels, the last one shorter; each pixel by itself is the truth.
+    radiance = np.random.default_rng(4).random((300, 2048, 4), dtype=np.float32) * np.float32(80.0)
+    tracemalloc.start()
+    seen = display_from_radiance(radiance)
+    largest = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    for row in (0, 127, 128, 255, 256, 299):
+        np.testing.assert_array_equal(seen[row], display_from_radiance(radiance[row : row + 1])[0])
+    # The image and its strips have 3 bytes a pixel each; a strip takes 75 a pixel in between.
+    assert largest < 2 * seen.nbytes + 80 * 2**18

@@ -235,7 +235,7 @@ def under_published_heat(
     heats = np.array([published_heat(body, step * number) for number in range(count + 1)])
     kelvin = [body.network.steady(heats.mean(axis=0))]
     for before, after in pairwise(heats):
-        kelvin.append(body.network.step(kelvin[-1], 0.5 * (before + after), step))
+        kelvin.append(body.network.step(kelvin[-1], before, after, step))
     return statistics(body, np.array(kelvin)[count // 2 :], PUBLISHED)
 
 

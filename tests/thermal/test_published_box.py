@@ -100,7 +100,7 @@ def box_in_orbit(gl: moderngl.Context) -> dict[str, tuple[float, float]]:
         before = heat(0.0)
         for number in range(1, round(2.0 * PERIOD / STEP) + 1):
             after = heat(number * STEP)
-            kelvin = body.network.step(kelvin, 0.5 * (before + after), STEP)
+            kelvin = body.network.step(kelvin, before, after, STEP)
             before = after
             history.append(kelvin)
     second = np.array(history[len(history) // 2 :])
