@@ -229,9 +229,10 @@ class LobeSunlight:
         towards: Array32,
         spread2: Array32 | None,
     ) -> _LightOfPlaces:
-        f0 = self._laws.f0[self._places.law[places]]
-        sent = irradiance, f0 * irradiance, f0 * f0 * irradiance
+        law = self._places.law[places]
         raised, facing = above(towards, self._places.normals[places])
+        f0, arriving = self._laws.f0[law], irradiance * self._laws.taking_part(law, facing)[:, None]
+        sent = arriving, f0 * arriving, f0 * f0 * arriving
         return _LightOfPlaces(
             places=places,
             direction=np.ascontiguousarray(raised.T),

@@ -18,7 +18,7 @@ from simgl.radiosity.solver import reflectors
 from simgl.radiosity.sunlit_patches import SunlitPatches, direction_of
 from simgl.scene.materials import Material
 from simgl.scene.surface_layers import Coat
-from tests.radiosity.metal_walls import (
+from tests.radiosity.glossy_walls import (
     APART,
     BLACK,
     METAL,
