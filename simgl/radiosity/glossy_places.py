@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
@@ -40,33 +41,47 @@ _OF_TOUCHED = 0.5
 GRAZING = 0.02
 
 
+class SomePairs(NamedTuple):
+    """Pairs of a place on a glossy patch and a receiver (n,) each.
+
+    receiver : which, a whole number
+    share : of the receiver's cosine-weighted hemisphere
+    x, y, z : unit, to the receiver; lean : their cosine to the place's normal
+    alpha2 : squared width of the lobe
+    more : what the lobe gets besides, for light that meets several microfacets, times f0
+    """
+
+    receiver: Array32
+    share: Array32
+    x: Array32
+    y: Array32
+    z: Array32
+    lean: Array32
+    alpha2: Array32
+    more: Array32
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlacePairs:
     """Places on glossy patches as receivers see them.
 
     count : of the receivers
     first : (k + 1,) where the pairs of each place start
-    receiver : (n,) of each pair
-    share : (n,) of the receiver's cosine-weighted hemisphere
-    towards : (3, n) unit, to the receiver; lean : (n,) their cosines to the place's normal
-    alpha2 : (n,) squared width of the lobe
-    more : (n,) what the lobe gets besides, for light that meets several microfacets, times f0
+    table : (n, 8) ``SomePairs`` side by side: of some of many they are read together
     """
 
     count: int
     first: IndexArray
-    receiver: IndexArray
-    share: Array32
-    towards: Array32
-    lean: Array32
-    alpha2: Array32
-    more: Array32
+    table: Array32
 
     @property
     def nbytes(self) -> int:
         """Size of its arrays."""
-        arrays = (self.first, self.receiver, self.share, self.towards, self.lean)
-        return sum(array.nbytes for array in (*arrays, self.alpha2, self.more))
+        return self.first.nbytes + self.table.nbytes
+
+    def of(self, chosen: IndexArray) -> SomePairs:
+        """Some of them, by their numbers."""
+        return SomePairs(*np.ascontiguousarray(self.table.take(chosen, axis=0).T))
 
 
 class GlossyPlaces:
@@ -158,15 +173,21 @@ class GlossyPlaces:
         width = np.minimum(_SMOOTH * reach, _WIDEST).astype(np.float32)
         bent = np.minimum(self._laws.alpha2[law] + self._bends[place], np.float32(1.0))
         alpha2 = np.maximum(bent, width * width)
-        return PlacePairs(
-            count=seen.shape[0],
-            first=np.searchsorted(place, np.arange(len(self.law) + 1)),
-            receiver=row.astype(np.int32),
+        pairs = SomePairs(
+            # Whole numbers below 2^24 are exact.
+            receiver=row.astype(np.float32),
             share=(share * lost_by_widening(bent, alpha2)).astype(np.float32),
-            towards=np.ascontiguousarray(towards.T, dtype=np.float32),
+            x=towards[:, 0],
+            y=towards[:, 1],
+            z=towards[:, 2],
             lean=lean,
             alpha2=alpha2,
             more=self._laws.more(law, lean),
+        )
+        return PlacePairs(
+            count=seen.shape[0],
+            first=np.searchsorted(place, np.arange(len(self.law) + 1)),
+            table=np.stack(pairs, axis=1),
         )
 
     def _in_cells(

@@ -22,7 +22,7 @@ _GRAZING = 0.01
 _COAT_F0 = 0.04
 # Lobes that reflect less of a uniform light than this in each band, those of paints and of cover
 # glass, count as even: what stands beside them gets most of its light from elsewhere.
-_FAINT = 0.02
+_FAINT = 0.04
 # Half of the power by which widths of slopes add up, as in shaders/surface/crinkle.glsl.
 _HALF_POWER = 0.635
 
