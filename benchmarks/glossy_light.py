@@ -18,6 +18,7 @@ from simgl.radiosity.hemisphere import frames
 from simgl.radiosity.remesh import subdivided
 from simgl.rays import RayTracer
 from simgl.scene.materials import Material
+from simgl.scene.mesh import Mesh
 from tests.radiosity.glossy_walls import (
     FOIL,
     METAL,
@@ -83,7 +84,11 @@ def _by_paths(
 
 
 def _one_batch(
-    tracer: RayTracer, mesh: Mesh, materials: Sequence[Material], sun: Array, rng: np.random.Generator
+    tracer: RayTracer,
+    mesh: Mesh,
+    materials: Sequence[Material],
+    sun: Array,
+    rng: np.random.Generator,
 ) -> Array:
     """The same by paths that start from places of the surfaces in sunlight."""
     faces, areas = face_normals(mesh)
@@ -102,11 +107,11 @@ def _one_batch(
     on_wall, wall_area = np.zeros((16, 4)), midpoints(WALL, 1)[1].sum()
     for _ in range(_BOUNCES):
         ways, power = _reflected(materials, worn_here, n, from_, power, rng)
-        triangle, distance = tracer.hits(places.astype(np.float32), ways.astype(np.float32))
-        met = np.flatnonzero((triangle >= 0) & (power.max(axis=1) > 0.0))
-        triangle, from_, power = triangle[met], -ways[met], power[met]
-        places, worn_here = places[met] + distance[met, None] * ways[met], worn[triangle]
-        n = _against(faces[triangle], ways[met])
+        hit, distance = tracer.hits(places.astype(np.float32), ways.astype(np.float32))
+        met = np.flatnonzero((hit >= 0) & (power.max(axis=1) > 0.0))
+        from_, power, worn_here = -ways[met], power[met], worn[hit[met]]
+        places = places[met] + distance[met, None] * ways[met]
+        n = _against(faces[hit[met]], ways[met])
         front = np.flatnonzero((worn_here == 1) & (n @ normal > 0.5))
         np.add.at(on_wall, part_of(places[front], WALL), power[front])
         places += _LIFT * n
@@ -136,7 +141,9 @@ def _reflected(
     for number, material in enumerate(materials):
         at = np.flatnonzero(worn == number)
         # A base that is matt, or for the sides of lobes; lobes of facets.
-        widths = [None] if material.roughness is None else [None, width_of(material)]
+        widths: list[float | None] = [None]
+        if material.roughness is not None:
+            widths.append(width_of(material))
         if material.coat is not None:
             widths.append(material.coat.roughness**2)
         kind = rng.integers(len(widths), size=len(at))

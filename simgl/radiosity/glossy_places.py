@@ -27,6 +27,8 @@ _WIDE = 0.2
 # the radius wide at least, so that what is seen of it does not depend on where they lie; but no
 # wider than that, however near they are.
 _SMOOTH, _WIDEST = 1.0, 0.4
+# Lobes that are less than this of what leaves a patch are sent from its middle, however near it is.
+_STRONG = 0.25
 # What one of the fewest rays of a receiver covers is a disc of about so many radians.
 _OF_RAY = 0.05
 # Sample points that cover less than this share of what a receiver sees of their patch are left out.
@@ -100,8 +102,9 @@ class GlossyPlaces:
         law = np.argmax(transport.materials, axis=1)
         self.glossy = np.flatnonzero(laws.glossy[law])
         self.law_of_patch = law[self.glossy]
+        self._strong = laws.part_of_lobe[self.law_of_patch] > _STRONG
         number = np.full(len(law), -1)
-        number[self.glossy] = np.arange(len(self.glossy))
+        number[self.glossy[self._strong]] = np.flatnonzero(self._strong)
         none = np.zeros(0, dtype=np.int64)
         of_cell = none if transport.cells is None else number[transport.cells.patch]
         self.cells = np.flatnonzero(of_cell >= 0)
@@ -140,7 +143,7 @@ class GlossyPlaces:
         offset = at[row] - self.middle[patch]
         distance = np.maximum(_lengths(offset), np.float32(1e-9))
         reach = self._radius[patch] / distance
-        near = reach > _WIDE
+        near = (reach > _WIDE) & self._strong[patch]
         far = ~near
         parts = [
             (
@@ -160,10 +163,6 @@ class GlossyPlaces:
         row, place, share, towards, reach = (
             np.concatenate(values) for values in zip(*parts, strict=True)
         )
-        order = np.argsort(place, kind="stable")
-        row, place, share, towards, reach = (
-            values[order] for values in (row, place, share, towards, reach)
-        )
         # What covers much of the hemisphere is touched, and seen from all heights.
         height = np.maximum(_OF_TOUCHED * np.sqrt(share), GRAZING).astype(np.float32)
         towards, lean = above(towards, self.normals[place], height)
@@ -182,13 +181,24 @@ class GlossyPlaces:
             z=towards[:, 2],
             lean=lean,
             alpha2=alpha2,
-            more=self._laws.more(law, lean),
+            more=self._more(law, lean),
         )
+        # One row for each place, which lists its pairs: faster than to sort them.
+        number, held = np.arange(len(place)), np.ones(len(place), dtype=np.bool_)
+        shape = (len(self.law), len(place))
+        of_places = sparse.csr_matrix((held, (place, number)), shape=shape)
         return PlacePairs(
             count=seen.shape[0],
-            first=np.searchsorted(place, np.arange(len(self.law) + 1)),
-            table=np.stack(pairs, axis=1),
+            first=of_places.indptr.astype(np.int64),
+            table=np.stack(pairs, axis=1).take(of_places.indices, axis=0),
         )
+
+    def _more(self, law: IndexArray, lean: Array32) -> Array32:
+        """(n,) of ``ReflectionLaws.more``, which is nothing for most laws."""
+        more = np.zeros(len(law), dtype=np.float32)
+        conserving = np.flatnonzero(self._laws.conserving[law])
+        more[conserving] = self._laws.more(law[conserving], lean[conserving])
+        return more
 
     def _in_cells(
         self, row: IndexArray, patch: IndexArray, cells: sparse.csr_matrix, places: Array32

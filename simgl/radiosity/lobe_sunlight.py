@@ -26,9 +26,9 @@ from simgl.radiosity.sunlit_patches import HiddenPatches, Sunlit
 PARTS = 2
 # Of how directions spread about their mean, what widens lobes: slopes are half as wide.
 _OF_SPREAD = 0.25
-# Patches whose lobes would send less than this of what they get of others, by a Sun of 1 W/m2, send
-# that evenly.
-_DIM = 0.01
+# Patches that get less of others than this, by a Sun of 1 W/m2, send that evenly; as do those that
+# get more, as much as their lobes are less than all that they send.
+_DIM = 0.02
 # Pairs that are worked out together: what numpy makes of them stays in a processor's cache.
 _AT_ONCE = 16_384
 
@@ -212,7 +212,7 @@ class LobeSunlight:
         spread2 = _OF_SPREAD * (1.0 - ratio * ratio)
         law = self._places.law_of_patch
         sent = self._laws.lobe_albedo[law] * irradiance
-        bright = sent.max(axis=1) > _DIM
+        bright = irradiance.max(axis=1) * self._laws.part_of_lobe[law] > _DIM
         evenly = np.zeros_like(exitance)
         evenly[self._places.glossy[bright]] = sent[bright]
         alpha2 = self._laws.alpha2[law]

@@ -20,8 +20,8 @@ _STEPS = 33
 _GRAZING = 0.01
 # Reflectance of clear coats at normal incidence, as in shaders/surface/material.glsl.
 _COAT_F0 = 0.04
-# Lobes that reflect less of a uniform light than this in each band, those of paints and of cover
-# glass, count as even: what stands beside them gets most of its light from elsewhere.
+# Lobes that reflect less of a uniform light than this in each band count as even: those of cloth and
+# felt, which are flat.
 _FAINT = 0.04
 # Half of the power by which widths of slopes add up, as in shaders/surface/crinkle.glsl.
 _HALF_POWER = 0.635
@@ -33,7 +33,8 @@ class ReflectionLaws:
 
     even, lobes : (k, steps, 4) share of the light from a direction, by its cosine, that leaves
         evenly and in a lobe
-    glossy : (k,) whether a lobe is to be followed; that of others is among what leaves evenly
+    glossy : (k,) whether a lobe is to be followed, of base or coat the brighter one; others are
+        among what leaves evenly
     f0 : (k, 4) reflectance of the lobe at normal incidence
     alpha2 : (k,) squared width of the lobe
     covered : (k, steps) share of the light from a direction, by its cosine, that takes part in the
@@ -55,6 +56,12 @@ class ReflectionLaws:
     def of_light(self, law: IndexArray, cosine: Array32) -> Array32:
         """(2, n, 4) what leaves evenly and what in a lobe of light from cosines (n,)."""
         return np.stack([_between(table, law, cosine) for table in (self.even, self.lobes)])
+
+    @cached_property
+    def part_of_lobe(self) -> Array32:
+        """(k,) of what leaves of uniform light, the part in lobes."""
+        lobe, even = self.lobe_albedo.max(axis=1), _uniform(self.even).max(axis=1)
+        return np.asarray(lobe / np.maximum(lobe + even, 1e-9), dtype=np.float32)
 
     @cached_property
     def lobe_albedo(self) -> Array32:
@@ -110,9 +117,9 @@ def lobe_towards(
 
 def reflection_laws(materials: Sequence[Material]) -> ReflectionLaws:
     """Of each material."""
-    bases, of_materials = zip(*(_parts(material) for material in materials), strict=True)
-    brightest = [max(lobes, key=_Lobe.albedo) for lobes in of_materials]
-    even = np.stack([base + sum(l.shares for l in lobes) for base, lobes in zip(bases, of_materials, strict=True)])
+    parts = [_parts(material) for material in materials]
+    brightest = [max(lobes, key=_Lobe.albedo) for _, lobes in parts]
+    even = np.stack([_all_of(base, lobes) for base, lobes in parts])
     glossy = np.array([lobe.albedo() >= _FAINT for lobe in brightest])
     lobes = np.stack([lobe.shares for lobe in brightest])
     lobes[~glossy] = 0.0
@@ -131,7 +138,7 @@ def reflection_laws(materials: Sequence[Material]) -> ReflectionLaws:
 def hemispherical_albedo(material: Material) -> Array:
     """(4,) reflectance of a surface under uniform light."""
     base, lobes = _parts(material)
-    return _uniform(base + sum(lobe.shares for lobe in lobes))
+    return _uniform(_all_of(base, lobes))
 
 
 def lost_by_widening(alpha2: Array32, wider: Array32) -> Array32:
@@ -200,6 +207,11 @@ class _Lobe:
     def albedo(self) -> float:
         """What it reflects of uniform light, in the band in which that is most."""
         return float(_uniform(self.shares).max())
+
+
+def _all_of(base: Array, lobes: Sequence[_Lobe]) -> Array:
+    """(steps, 4) of the parts of a material together."""
+    return np.asarray(np.sum([base, *(lobe.shares for lobe in lobes)], axis=0))
 
 
 def _parts(material: Material) -> tuple[Array, list[_Lobe]]:
