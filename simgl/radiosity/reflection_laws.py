@@ -20,8 +20,8 @@ _STEPS = 33
 _GRAZING = 0.01
 # Reflectance of clear coats at normal incidence, as in shaders/surface/material.glsl.
 _COAT_F0 = 0.04
-# Lobes that reflect less of a uniform light than this in each band count as even: those of cloth and
-# felt, which are flat.
+# Lobes that reflect less of a uniform light than this in each band count as even: those of cloth,
+# felt and other rough paints, which are flat.
 _FAINT = 0.04
 # Half of the power by which widths of slopes add up, as in shaders/surface/crinkle.glsl.
 _HALF_POWER = 0.635

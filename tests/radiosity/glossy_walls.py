@@ -44,13 +44,14 @@ WIDE = {
 # white one's gloss and the varnish.
 _WHITE = Material(name="white", reflectance=(0.88, 0.88, 0.84, 0.87))
 _CELL = Material(name="cell", reflectance=(0.034, 0.036, 0.056, 0.07))
+SMOOTH_GLASS = "cells, cover glass of roughness 0.05"
 PAINTS = {
     "white paint, roughness 0.6": replace(_WHITE, roughness=0.6),
     "white paint, roughness 0.3": replace(_WHITE, roughness=0.3),
     "black paint, roughness 0.6": replace(_WHITE, reflectance=(0.035,) * 4, roughness=0.6),
     "white, clear coat of roughness 0.45": replace(_WHITE, coat=Coat(roughness=0.45)),
     "cells, cover glass of roughness 0.45": replace(_CELL, coat=Coat(roughness=0.45)),
-    "cells, cover glass of roughness 0.05": replace(_CELL, coat=Coat(roughness=0.05)),
+    SMOOTH_GLASS: replace(_CELL, coat=Coat(roughness=0.05)),
 }
 
 
