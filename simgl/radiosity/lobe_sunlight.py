@@ -29,6 +29,10 @@ _OF_SPREAD = 0.25
 # Patches that get less of others than this, by a Sun of 1 W/m2, send that evenly; as do those that
 # get more, as much as their lobes are less than all that they send.
 _DIM = 0.02
+# A patch that covers so much more of the hemisphere than its area could from its middle, as do the
+# lines between solar cells, is around: its light has no direction and goes on evenly. Few rays tell
+# little of those that cover less than this.
+_AROUND, _SMALL = 2.0, 0.02
 # Pairs that are worked out together: what numpy makes of them stays in a processor's cache.
 _AT_ONCE = 16_384
 
@@ -163,11 +167,18 @@ class LobeSunlight:
 
     @cached_property
     def _seen(self) -> tuple[sparse.csr_matrix, list[sparse.csr_matrix]]:
-        """(g, p) what glossy patches see of all, and that times each coordinate of the directions
-        to what they see."""
-        seen = self._transport.form_factors.tocsr()[self._places.glossy].tocoo()
-        away = self._transport.points.mean(axis=1)[seen.col] - self._places.middle[seen.row]
-        away /= np.maximum(np.linalg.norm(away, axis=1), 1e-9)[:, None]
+        """(g, p) what glossy patches see of all that have a direction, and that times each
+        coordinate of the directions to these."""
+        transport, places = self._transport, self._places
+        seen = transport.form_factors.tocsr()[places.glossy].tocoo()
+        away = transport.points.mean(axis=1)[seen.col] - places.middle[seen.row]
+        distance = np.maximum(np.linalg.norm(away, axis=1), 1e-9)
+        away /= distance[:, None]
+        facing = np.maximum(np.einsum("ni,ni->n", away, places.normal[seen.row]), 0.0)
+        most = transport.areas[seen.col] * facing / (np.pi * distance**2)
+        has = np.flatnonzero(seen.data < np.maximum(_AROUND * most, _SMALL))
+        entries = seen.data[has], (seen.row[has], seen.col[has])
+        seen, away = sparse.coo_matrix(entries, shape=seen.shape), away[has]
         shape = seen.row, seen.col
         towards = [
             sparse.csr_matrix(((seen.data * axis).astype(np.float32), shape), shape=seen.shape)
