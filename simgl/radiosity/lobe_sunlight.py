@@ -29,10 +29,10 @@ _OF_SPREAD = 0.25
 # Patches that get less of others than this, by a Sun of 1 W/m2, send that evenly; as do those that
 # get more, as much as their lobes are less than all that they send.
 _DIM = 0.02
-# A patch that covers so much more of the hemisphere than its area could from its middle, as do the
-# lines between solar cells, is around: its light has no direction and goes on evenly. Few rays tell
-# little of those that cover less than this.
-_AROUND, _SMALL = 2.0, 0.02
+# Patches nearby, and those that cover so much more of the hemisphere than their area could from
+# their middle, as do the lines between solar cells, are around: their light has no direction and
+# goes on evenly. Few rays tell little of those that cover less than this.
+_AROUND, _SMALL = 1.5, 0.02
 # Pairs that are worked out together: what numpy makes of them stays in a processor's cache.
 _AT_ONCE = 16_384
 
@@ -176,7 +176,8 @@ class LobeSunlight:
         away /= distance[:, None]
         facing = np.maximum(np.einsum("ni,ni->n", away, places.normal[seen.row]), 0.0)
         most = transport.areas[seen.col] * facing / (np.pi * distance**2)
-        has = np.flatnonzero(seen.data < np.maximum(_AROUND * most, _SMALL))
+        small = transport.areas[seen.col] < distance**2
+        has = np.flatnonzero((seen.data < _SMALL) | (small & (seen.data < _AROUND * most)))
         entries = seen.data[has], (seen.row[has], seen.col[has])
         seen, away = sparse.coo_matrix(entries, shape=seen.shape), away[has]
         shape = seen.row, seen.col
