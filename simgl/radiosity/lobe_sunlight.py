@@ -32,7 +32,7 @@ _DIM = 0.02
 # Patches nearby, and those that cover so much more of the hemisphere than their area could from
 # their middle, as do the lines between solar cells, are around: their light has no direction and
 # goes on evenly. Few rays tell little of those that cover less than this.
-_AROUND, _SMALL = 1.5, 0.02
+_NEAR, _AROUND, _SMALL = 1.3, 1.5, 0.02
 # Pairs that are worked out together: what numpy makes of them stays in a processor's cache.
 _AT_ONCE = 16_384
 
@@ -168,16 +168,18 @@ class LobeSunlight:
     @cached_property
     def _seen(self) -> tuple[sparse.csr_matrix, list[sparse.csr_matrix]]:
         """(g, p) what glossy patches see of all that have a direction, and that times each
-        coordinate of the directions to these."""
+        coordinate of the directions to these, less as these spread over the patch."""
         transport, places = self._transport, self._places
         seen = transport.form_factors.tocsr()[places.glossy].tocoo()
         away = transport.points.mean(axis=1)[seen.col] - places.middle[seen.row]
         distance = np.maximum(np.linalg.norm(away, axis=1), 1e-9)
         away /= distance[:, None]
         facing = np.maximum(np.einsum("ni,ni->n", away, places.normal[seen.row]), 0.0)
-        most = transport.areas[seen.col] * facing / (np.pi * distance**2)
-        small = transport.areas[seen.col] < distance**2
-        has = np.flatnonzero((seen.data < _SMALL) | (small & (seen.data < _AROUND * most)))
+        # Of the patch as a disc that faces the place, the solid angle over pi.
+        size = transport.areas[seen.col] / (np.pi * distance**2)
+        away /= np.sqrt(1.0 + size)[:, None]
+        has = (size < _NEAR) & (seen.data < _AROUND * size * facing)
+        has = np.flatnonzero(has | (seen.data < _SMALL))
         entries = seen.data[has], (seen.row[has], seen.col[has])
         seen, away = sparse.coo_matrix(entries, shape=seen.shape), away[has]
         shape = seen.row, seen.col
