@@ -276,20 +276,20 @@ class LobeSunlight:
         receiver = np.empty(len(chosen), dtype=np.int32)
         for first in range(0, len(chosen), _AT_ONCE):
             part = slice(first, first + _AT_ONCE)
-            row, found = of_pair[part], pairs.of(chosen[part])
-            turn = light.direction[0].take(row) * found.x
-            turn += light.direction[1].take(row) * found.y
-            turn += light.direction[2].take(row) * found.z
-            alpha2 = found.alpha2
+            row, seen = of_pair[part], pairs.of(chosen[part])
+            turn = light.direction[0].take(row) * seen.x
+            turn += light.direction[1].take(row) * seen.y
+            turn += light.direction[2].take(row) * seen.z
+            alpha2 = seen.alpha2
             if light.spread2 is not None:
                 alpha2 = np.minimum(alpha2 + light.spread2.take(row), np.float32(1.0))
-            lobe, schlick = lobe_towards(alpha2, light.facing.take(row), found.lean, turn)
-            lobe *= found.share
+            lobe, schlick = lobe_towards(alpha2, light.facing.take(row), seen.lean, turn)
+            lobe *= seen.share
             grazing = np.multiply(schlick, lobe, out=weights[0, part])
             lobe -= grazing
-            np.multiply(lobe, found.more, out=weights[2, part])
-            lobe += grazing * found.more
-            weights[1, part], receiver[part] = lobe, found.receiver
+            np.multiply(lobe, seen.more, out=weights[2, part])
+            lobe += grazing * seen.more
+            weights[1, part], receiver[part] = lobe, seen.receiver
         shape, light_sent = (pairs.count, len(number)), np.zeros((pairs.count, 4), np.float32)
         for weight, sent in zip(weights, light.sent, strict=True):
             matrix = sparse.csc_matrix((weight, receiver, ends), shape=shape)

@@ -221,13 +221,13 @@ def _parts(material: Material) -> tuple[Array, list[_Lobe]]:
     coat = material.coat
     if coat is not None:
         scale, bias = _lobe(coat.roughness**2)
-        whole = np.full(_STEPS, coat.strength)
+        strength = np.full(_STEPS, coat.strength)
         lobes = [
             _Lobe(
-                shares=np.tile((whole * (_COAT_F0 * scale + bias))[:, None], 4),
+                shares=np.tile((strength * (_COAT_F0 * scale + bias))[:, None], 4),
                 f0=np.full(4, _COAT_F0),
                 alpha2=coat.roughness**4,
-                covered=whole,
+                covered=strength,
                 once=np.ones(_STEPS),
             )
         ]
