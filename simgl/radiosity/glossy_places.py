@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
@@ -26,6 +27,8 @@ _WIDE = 0.2
 # the radius wide at least, so that what is seen of it does not depend on where they lie; but no
 # wider than that, however near they are.
 _SMOOTH, _WIDEST = 1.0, 0.4
+# Lobes that are less than this of what leaves a patch are sent from its middle, however near it is.
+_STRONG = 0.25
 # What one of the fewest rays of a receiver covers is a disc of about so many radians.
 _OF_RAY = 0.05
 # Sample points that cover less than this share of what a receiver sees of their patch are left out.
@@ -40,33 +43,47 @@ _OF_TOUCHED = 0.5
 GRAZING = 0.02
 
 
+class SomePairs(NamedTuple):
+    """Pairs of a place on a glossy patch and a receiver (n,) each.
+
+    receiver : which, a whole number
+    share : of the receiver's cosine-weighted hemisphere
+    x, y, z : unit, to the receiver; lean : their cosine to the place's normal
+    alpha2 : squared width of the lobe
+    more : what the lobe gets besides, for light that meets several microfacets, times f0
+    """
+
+    receiver: Array32
+    share: Array32
+    x: Array32
+    y: Array32
+    z: Array32
+    lean: Array32
+    alpha2: Array32
+    more: Array32
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlacePairs:
     """Places on glossy patches as receivers see them.
 
     count : of the receivers
     first : (k + 1,) where the pairs of each place start
-    receiver : (n,) of each pair
-    share : (n,) of the receiver's cosine-weighted hemisphere
-    towards : (3, n) unit, to the receiver; lean : (n,) their cosines to the place's normal
-    alpha2 : (n,) squared width of the lobe
-    more : (n,) what the lobe gets besides, for light that meets several microfacets, times f0
+    table : (n, 8) ``SomePairs`` side by side: of some of many they are read together
     """
 
     count: int
     first: IndexArray
-    receiver: IndexArray
-    share: Array32
-    towards: Array32
-    lean: Array32
-    alpha2: Array32
-    more: Array32
+    table: Array32
 
     @property
     def nbytes(self) -> int:
         """Size of its arrays."""
-        arrays = (self.first, self.receiver, self.share, self.towards, self.lean)
-        return sum(array.nbytes for array in (*arrays, self.alpha2, self.more))
+        return self.first.nbytes + self.table.nbytes
+
+    def of(self, chosen: IndexArray) -> SomePairs:
+        """Some of them, by their numbers."""
+        return SomePairs(*np.ascontiguousarray(self.table.take(chosen, axis=0).T))
 
 
 class GlossyPlaces:
@@ -85,8 +102,9 @@ class GlossyPlaces:
         law = np.argmax(transport.materials, axis=1)
         self.glossy = np.flatnonzero(laws.glossy[law])
         self.law_of_patch = law[self.glossy]
+        self._strong = laws.part_of_lobe[self.law_of_patch] > _STRONG
         number = np.full(len(law), -1)
-        number[self.glossy] = np.arange(len(self.glossy))
+        number[self.glossy[self._strong]] = np.flatnonzero(self._strong)
         none = np.zeros(0, dtype=np.int64)
         of_cell = none if transport.cells is None else number[transport.cells.patch]
         self.cells = np.flatnonzero(of_cell >= 0)
@@ -125,7 +143,7 @@ class GlossyPlaces:
         offset = at[row] - self.middle[patch]
         distance = np.maximum(_lengths(offset), np.float32(1e-9))
         reach = self._radius[patch] / distance
-        near = reach > _WIDE
+        near = (reach > _WIDE) & self._strong[patch]
         far = ~near
         parts = [
             (
@@ -145,10 +163,6 @@ class GlossyPlaces:
         row, place, share, towards, reach = (
             np.concatenate(values) for values in zip(*parts, strict=True)
         )
-        order = np.argsort(place, kind="stable")
-        row, place, share, towards, reach = (
-            values[order] for values in (row, place, share, towards, reach)
-        )
         # What covers much of the hemisphere is touched, and seen from all heights.
         height = np.maximum(_OF_TOUCHED * np.sqrt(share), GRAZING).astype(np.float32)
         towards, lean = above(towards, self.normals[place], height)
@@ -158,16 +172,33 @@ class GlossyPlaces:
         width = np.minimum(_SMOOTH * reach, _WIDEST).astype(np.float32)
         bent = np.minimum(self._laws.alpha2[law] + self._bends[place], np.float32(1.0))
         alpha2 = np.maximum(bent, width * width)
-        return PlacePairs(
-            count=seen.shape[0],
-            first=np.searchsorted(place, np.arange(len(self.law) + 1)),
-            receiver=row.astype(np.int32),
+        pairs = SomePairs(
+            # Whole numbers below 2^24 are exact.
+            receiver=row.astype(np.float32),
             share=(share * lost_by_widening(bent, alpha2)).astype(np.float32),
-            towards=np.ascontiguousarray(towards.T, dtype=np.float32),
+            x=towards[:, 0],
+            y=towards[:, 1],
+            z=towards[:, 2],
             lean=lean,
             alpha2=alpha2,
-            more=self._laws.more(law, lean),
+            more=self._more(law, lean),
         )
+        # One row for each place, which lists its pairs: faster than to sort them.
+        number, held = np.arange(len(place)), np.ones(len(place), dtype=np.bool_)
+        shape = (len(self.law), len(place))
+        of_places = sparse.csr_matrix((held, (place, number)), shape=shape)
+        return PlacePairs(
+            count=seen.shape[0],
+            first=of_places.indptr.astype(np.int64),
+            table=np.stack(pairs, axis=1).take(of_places.indices, axis=0),
+        )
+
+    def _more(self, law: IndexArray, lean: Array32) -> Array32:
+        """(n,) of ``ReflectionLaws.more``, which is nothing for most laws."""
+        more = np.zeros(len(law), dtype=np.float32)
+        conserving = np.flatnonzero(self._laws.conserving[law])
+        more[conserving] = self._laws.more(law[conserving], lean[conserving])
+        return more
 
     def _in_cells(
         self, row: IndexArray, patch: IndexArray, cells: sparse.csr_matrix, places: Array32

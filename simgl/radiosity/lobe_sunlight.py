@@ -7,7 +7,7 @@ glossy patches get of all others. What they send to each other otherwise leaves 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 
@@ -26,23 +26,30 @@ from simgl.radiosity.sunlit_patches import HiddenPatches, Sunlit
 PARTS = 2
 # Of how directions spread about their mean, what widens lobes: slopes are half as wide.
 _OF_SPREAD = 0.25
-# Patches that get less of others than this, by a Sun of 1 W/m2, send that on evenly.
+# Patches that get less of others than this, by a Sun of 1 W/m2, send that evenly; as do those that
+# get more, as much as their lobes are less than all that they send.
 _DIM = 0.02
+# Patches nearby, and those that cover so much more of the hemisphere than their area could from
+# their middle, as do the lines between solar cells, are around: their light has no direction and
+# goes on evenly. Few rays tell little of those that cover less than this.
+_NEAR, _AROUND, _SMALL = 1.3, 1.5, 0.02
 # Pairs that are worked out together: what numpy makes of them stays in a processor's cache.
 _AT_ONCE = 16_384
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _LightOfPlaces:
-    """Light that falls on some places, from one direction each.
+    """Light that falls on some places, from one direction each; places may share it.
 
     places : (k,) which, ascending
-    direction : (3, k) unit, where it comes from; facing : (k,) its cosine to the normal
-    spread2 : (k,) what it widens the squared widths of lobes by; None for nothing
-    sent : irradiance (k, 4) [W m-2], that times f0 and that times f0^2
+    row : (k,) the row of each in what follows
+    direction : (3, m) unit, where it comes from; facing : (m,) its cosine to the normal
+    spread2 : (m,) what it widens the squared widths of lobes by; None for nothing
+    sent : irradiance (m, 4) [W m-2], that times f0 and that times f0^2
     """
 
     places: IndexArray
+    row: IndexArray
     direction: Array32
     facing: Array32
     spread2: Array32 | None
@@ -50,13 +57,7 @@ class _LightOfPlaces:
 
     def part(self, start: int, end: int) -> _LightOfPlaces:
         """That of some of the places."""
-        return _LightOfPlaces(
-            places=self.places[start:end],
-            direction=self.direction[:, start:end],
-            facing=self.facing[start:end],
-            spread2=None if self.spread2 is None else self.spread2[start:end],
-            sent=(self.sent[0][start:end], self.sent[1][start:end], self.sent[2][start:end]),
-        )
+        return replace(self, places=self.places[start:end], row=self.row[start:end])
 
 
 class LobeSunlight:
@@ -166,11 +167,21 @@ class LobeSunlight:
 
     @cached_property
     def _seen(self) -> tuple[sparse.csr_matrix, list[sparse.csr_matrix]]:
-        """(g, p) what glossy patches see of all, and that times each coordinate of the directions
-        to what they see."""
-        seen = self._transport.form_factors.tocsr()[self._places.glossy].tocoo()
-        away = self._transport.points.mean(axis=1)[seen.col] - self._places.middle[seen.row]
-        away /= np.maximum(np.linalg.norm(away, axis=1), 1e-9)[:, None]
+        """(g, p) what glossy patches see of all that have a direction, and that times each
+        coordinate of the directions to these, less as these spread over the patch."""
+        transport, places = self._transport, self._places
+        seen = transport.form_factors.tocsr()[places.glossy].tocoo()
+        away = transport.points.mean(axis=1)[seen.col] - places.middle[seen.row]
+        distance = np.maximum(np.linalg.norm(away, axis=1), 1e-9)
+        away /= distance[:, None]
+        facing = np.maximum(np.einsum("ni,ni->n", away, places.normal[seen.row]), 0.0)
+        # Of the patch as a disc that faces the place, the solid angle over pi.
+        size = transport.areas[seen.col] / (np.pi * distance**2)
+        away /= np.sqrt(1.0 + size)[:, None]
+        has = (size < _NEAR) & (seen.data < _AROUND * size * facing)
+        has = np.flatnonzero(has | (seen.data < _SMALL))
+        entries = seen.data[has], (seen.row[has], seen.col[has])
+        seen, away = sparse.coo_matrix(entries, shape=seen.shape), away[has]
         shape = seen.row, seen.col
         towards = [
             sparse.csr_matrix(((seen.data * axis).astype(np.float32), shape), shape=seen.shape)
@@ -192,8 +203,13 @@ class LobeSunlight:
             arriving.append(on_cells)
         of_places = np.concatenate(arriving)
         places = np.flatnonzero(of_places > 0.0)
-        irradiance = np.broadcast_to(of_places[places, None], (len(places), 4))
-        return self._light_of_places(places, irradiance, np.tile(towards, (len(places), 1)), None)
+        return self._light(
+            places,
+            np.arange(len(places)),
+            self._places.law[places],
+            (np.broadcast_to(towards, (len(places), 3)), self._places.normals[places]),
+            np.broadcast_to(of_places[places, None], (len(places), 4)),
+        )
 
     def _light_of_others(self, exitance: Array32) -> tuple[_LightOfPlaces, Array32]:
         """The light of other patches (p, 4), and what lobes send of it if evenly (p, 4).
@@ -208,69 +224,74 @@ class LobeSunlight:
         ratio = np.minimum(length / np.maximum(irradiance.mean(axis=1), np.float32(1e-9)), 1.0)
         from_ = vector / np.maximum(length, np.float32(1e-9))
         spread2 = _OF_SPREAD * (1.0 - ratio * ratio)
+        law = self._places.law_of_patch
+        sent = self._laws.lobe_albedo[law] * irradiance
+        bright = irradiance.max(axis=1) * self._laws.part_of_lobe[law] > _DIM
         evenly = np.zeros_like(exitance)
-        evenly[self._places.glossy] = self._laws.lobe_albedo[self._places.law_of_patch] * irradiance
-        alpha2 = self._laws.alpha2[self._places.law_of_patch]
+        evenly[self._places.glossy[bright]] = sent[bright]
+        alpha2 = self._laws.alpha2[law]
         remaining = lost_by_widening(alpha2, np.minimum(alpha2 + spread2, np.float32(1.0)))
-        places = np.flatnonzero((irradiance.max(axis=1) > _DIM)[self._places.patch])
-        patch = self._places.patch[places]
-        light = self._light_of_places(
+        places = np.flatnonzero(bright[self._places.patch])
+        light = self._light(
             places,
-            (remaining[:, None] * irradiance)[patch],
-            from_.T[patch],
-            spread2[patch],
+            (np.cumsum(bright) - 1)[self._places.patch[places]],
+            law[bright],
+            (from_.T[bright], self._places.normal[bright]),
+            (remaining[:, None] * irradiance)[bright],
+            spread2[bright],
         )
         return light, evenly
 
-    def _light_of_places(
+    def _light(
         self,
         places: IndexArray,
+        row: IndexArray,
+        law: IndexArray,
+        towards: tuple[Array32, Array32],
         irradiance: Array32,
-        towards: Array32,
-        spread2: Array32 | None,
+        spread2: Array32 | None = None,
     ) -> _LightOfPlaces:
-        f0 = self._laws.f0[self._places.law[places]]
-        sent = irradiance, f0 * irradiance, f0 * f0 * irradiance
-        raised, facing = above(towards, self._places.normals[places])
+        """Of irradiance (m, 4) from directions and on normals (m, 3)."""
+        raised, facing = above(*towards)
+        arriving = irradiance * self._laws.taking_part(law, facing)[:, None]
+        f0 = self._laws.f0[law]
         return _LightOfPlaces(
             places=places,
+            row=row,
             direction=np.ascontiguousarray(raised.T),
             facing=facing,
             spread2=spread2,
-            sent=sent,
+            sent=(arriving, f0 * arriving, f0 * f0 * arriving),
         )
 
     def _sent(self, pairs: PlacePairs, light: _LightOfPlaces) -> Array32:
         """(r, 4) what receivers get of lobes [W m-2]."""
         number = np.diff(pairs.first)[light.places]
         ends = np.append(0, np.cumsum(number))
-        # Pairs of these places one after the other, and the place of each by its number here.
+        # Pairs of these places one after the other, and the row of the light of each.
         chosen = np.arange(ends[-1]) + np.repeat(pairs.first[light.places] - ends[:-1], number)
-        of_pair = np.repeat(np.arange(len(number)), number)
-        straight, grazing = np.empty((2, len(chosen)), dtype=np.float32)
+        of_pair = np.repeat(light.row, number)
+        # Weights of what is sent, and who gets it.
+        weights = np.empty((3, len(chosen)), dtype=np.float32)
+        receiver = np.empty(len(chosen), dtype=np.int32)
         for first in range(0, len(chosen), _AT_ONCE):
             part = slice(first, first + _AT_ONCE)
-            block, place = chosen[part], of_pair[part]
-            x, y, z = (
-                light.direction[i].take(place) * pairs.towards[i].take(block) for i in range(3)
-            )
-            alpha2 = pairs.alpha2.take(block)
+            row, seen = of_pair[part], pairs.of(chosen[part])
+            turn = light.direction[0].take(row) * seen.x
+            turn += light.direction[1].take(row) * seen.y
+            turn += light.direction[2].take(row) * seen.z
+            alpha2 = seen.alpha2
             if light.spread2 is not None:
-                alpha2 = np.minimum(alpha2 + light.spread2.take(place), np.float32(1.0))
-            lean, facing = pairs.lean.take(block), light.facing.take(place)
-            lobe, schlick = lobe_towards(alpha2, facing, lean, x + y + z)
-            lobe *= pairs.share.take(block)
-            schlick *= lobe
-            grazing[part] = schlick
-            np.subtract(lobe, schlick, out=straight[part])
-        receiver, shape = pairs.receiver.take(chosen), (pairs.count, len(number))
-
-        def sums(weights: Array32, sent: Array32) -> Array32:
-            return np.asarray(sparse.csc_matrix((weights, receiver, ends), shape=shape) @ sent)
-
-        arriving = sums(grazing, light.sent[0])
-        if self._laws.conserving.any():
-            more = pairs.more.take(chosen)
-            arriving += sums(straight * more, light.sent[2])
-            straight += grazing * more
-        return np.asarray(arriving + sums(straight, light.sent[1]))
+                alpha2 = np.minimum(alpha2 + light.spread2.take(row), np.float32(1.0))
+            lobe, schlick = lobe_towards(alpha2, light.facing.take(row), seen.lean, turn)
+            lobe *= seen.share
+            grazing = np.multiply(schlick, lobe, out=weights[0, part])
+            lobe -= grazing
+            np.multiply(lobe, seen.more, out=weights[2, part])
+            lobe += grazing * seen.more
+            weights[1, part], receiver[part] = lobe, seen.receiver
+        shape, light_sent = (pairs.count, len(number)), np.zeros((pairs.count, 4), np.float32)
+        for weight, sent in zip(weights, light.sent, strict=True):
+            matrix = sparse.csc_matrix((weight, receiver, ends), shape=shape)
+            light_sent += matrix @ sent[light.row]
+        return light_sent

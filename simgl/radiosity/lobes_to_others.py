@@ -99,6 +99,7 @@ class SentLobes:
         f0 = np.repeat(laws.f0[self.law], blocks, axis=0)
         more = laws.more(np.repeat(self.law, blocks), lean)
         sent = (f0 + (1.0 - f0) * schlick[:, None]) * (1.0 + f0 * more[:, None])
+        arriving *= laws.taking_part(self.law, facing)
         sent *= (lobe * np.repeat(arriving, blocks))[:, None]
         at = (self.cluster[:, None] * blocks + np.arange(blocks)).ravel()
         of_all = np.zeros((self.count, 4), dtype=np.float32)

@@ -20,9 +20,9 @@ _STEPS = 33
 _GRAZING = 0.01
 # Reflectance of clear coats at normal incidence, as in shaders/surface/material.glsl.
 _COAT_F0 = 0.04
-# Lobes that reflect less of a uniform light than this in each band, those of paints and of cover
-# glass, count as even: what stands beside them gets most of its light from elsewhere.
-_FAINT = 0.1
+# Lobes that reflect less of a uniform light than this in each band count as even: those of cloth,
+# felt and other rough paints, which are flat.
+_FAINT = 0.04
 # Half of the power by which widths of slopes add up, as in shaders/surface/crinkle.glsl.
 _HALF_POWER = 0.635
 
@@ -33,9 +33,12 @@ class ReflectionLaws:
 
     even, lobes : (k, steps, 4) share of the light from a direction, by its cosine, that leaves
         evenly and in a lobe
-    glossy : (k,) whether a lobe is to be followed; that of others is among what leaves evenly
+    glossy : (k,) whether a lobe is to be followed, of base or coat the brighter one; others are
+        among what leaves evenly
     f0 : (k, 4) reflectance of the lobe at normal incidence
     alpha2 : (k,) squared width of the lobe
+    covered : (k, steps) share of the light from a direction, by its cosine, that takes part in the
+        lobe: where there is a coat, or through it
     conserving : (k,) whether lobes get the light that meets several microfacets
     once : (k, steps) share of the light that leaves a lobe of f0 = 1 after one microfacet, by the
         cosine to the viewer
@@ -46,6 +49,7 @@ class ReflectionLaws:
     glossy: Mask
     f0: Array32
     alpha2: Array32
+    covered: Array32
     conserving: Mask
     once: Array32
 
@@ -54,9 +58,19 @@ class ReflectionLaws:
         return np.stack([_between(table, law, cosine) for table in (self.even, self.lobes)])
 
     @cached_property
+    def part_of_lobe(self) -> Array32:
+        """(k,) of what leaves of uniform light, the part in lobes."""
+        lobe, even = self.lobe_albedo.max(axis=1), _uniform(self.even).max(axis=1)
+        return np.asarray(lobe / np.maximum(lobe + even, 1e-9), dtype=np.float32)
+
+    @cached_property
     def lobe_albedo(self) -> Array32:
         """(k, 4) what leaves in lobes of light that comes evenly from all around."""
         return _uniform(self.lobes).astype(np.float32)
+
+    def taking_part(self, law: IndexArray, cosine: Array32) -> Array32:
+        """(n,) of light from cosines (n,) what lobes get."""
+        return _between(self.covered, law, cosine)
 
     def more(self, law: IndexArray, cosine: Array | Array32) -> Array32:
         """(n,) what lobes send to cosines (n,) besides, over f0, by light that met several
@@ -77,6 +91,7 @@ class ReflectionLaws:
         f0 = self.f0[law]
         sent = (f0 + (1.0 - f0) * schlick[:, None]) * lobe[:, None]
         sent *= 1.0 + f0 * self.more(law, viewer)[:, None]
+        sent *= self.taking_part(law, light)[:, None]
         return np.asarray(_between(self.even, law, light) + sent * self.glossy[law][:, None])
 
 
@@ -103,26 +118,27 @@ def lobe_towards(
 def reflection_laws(materials: Sequence[Material]) -> ReflectionLaws:
     """Of each material."""
     parts = [_parts(material) for material in materials]
-    lobes = np.stack([lobe for _, lobe, _ in parts])
-    even = np.stack([base for base, _, _ in parts])
-    glossy = _uniform(lobes).max(axis=1) >= _FAINT
-    even[~glossy] += lobes[~glossy]
+    brightest = [max(lobes, key=_Lobe.albedo) for _, lobes in parts]
+    even = np.stack([_all_of(base, lobes) for base, lobes in parts])
+    glossy = np.array([lobe.albedo() >= _FAINT for lobe in brightest])
+    lobes = np.stack([lobe.shares for lobe in brightest])
     lobes[~glossy] = 0.0
     return ReflectionLaws(
-        even=even.astype(np.float32),
+        even=(even - lobes).astype(np.float32),
         lobes=lobes.astype(np.float32),
         glossy=glossy,
-        f0=np.array([_normal_reflectance(m) for m in materials], dtype=np.float32),
-        alpha2=np.array([_alpha2(m) for m in materials], dtype=np.float32),
-        conserving=np.array([m.conserving for m in materials]),
-        once=np.stack([once for _, _, once in parts]).astype(np.float32),
+        f0=np.stack([lobe.f0 for lobe in brightest]).astype(np.float32),
+        alpha2=np.array([lobe.alpha2 for lobe in brightest], dtype=np.float32),
+        covered=np.stack([lobe.covered for lobe in brightest]).astype(np.float32),
+        conserving=np.array([material.conserving for material in materials]),
+        once=np.stack([lobe.once for lobe in brightest]).astype(np.float32),
     )
 
 
 def hemispherical_albedo(material: Material) -> Array:
     """(4,) reflectance of a surface under uniform light."""
-    base, lobe, _ = _parts(material)
-    return _uniform(base + lobe)
+    base, lobes = _parts(material)
+    return _uniform(_all_of(base, lobes))
 
 
 def lost_by_widening(alpha2: Array32, wider: Array32) -> Array32:
@@ -178,26 +194,58 @@ def _alpha2(material: Material) -> float:
     return float((alpha2**_HALF_POWER + slopes**_HALF_POWER) ** (1.0 / _HALF_POWER))
 
 
-def _parts(material: Material) -> tuple[Array, Array, Array]:
-    """(steps, 4) what leaves evenly and in lobes, and (steps,) ``once``."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Lobe:
+    """One lobe of a material; its arrays as of ``ReflectionLaws``."""
+
+    shares: Array
+    f0: Array
+    alpha2: float
+    covered: Array
+    once: Array
+
+    def albedo(self) -> float:
+        """What it reflects of uniform light, in the band in which that is most."""
+        return float(_uniform(self.shares).max())
+
+
+def _all_of(base: Array, lobes: Sequence[_Lobe]) -> Array:
+    """(steps, 4) of the parts of a material together."""
+    return np.asarray(np.sum([base, *(lobe.shares for lobe in lobes)], axis=0))
+
+
+def _parts(material: Material) -> tuple[Array, list[_Lobe]]:
+    """(steps, 4) what leaves evenly, and the lobes, of base and coat."""
     cosine, base = _cosines(), np.broadcast_to(np.asarray(material.reflectance), (_STEPS, 4))
-    lobe, once = np.zeros((_STEPS, 4)), np.ones(_STEPS)
+    covered, lobes = np.ones(_STEPS), []
+    coat = material.coat
+    if coat is not None:
+        scale, bias = _lobe(coat.roughness**2)
+        strength = np.full(_STEPS, coat.strength)
+        lobes = [
+            _Lobe(
+                shares=np.tile((strength * (_COAT_F0 * scale + bias))[:, None], 4),
+                f0=np.full(4, _COAT_F0),
+                alpha2=coat.roughness**4,
+                covered=strength,
+                once=np.ones(_STEPS),
+            )
+        ]
+        grazing = (1.0 - cosine) ** 5
+        passing = 1.0 - coat.strength * (_COAT_F0 + (1.0 - _COAT_F0) * grazing)
+        covered = passing * (1.0 - coat.strength * (_COAT_F0 + (1.0 - _COAT_F0) / 21.0))
+    f0 = _normal_reflectance(material)
+    lobe, once, alpha2 = np.zeros((_STEPS, 4)), np.ones(_STEPS), _alpha2(material)
     if material.roughness is not None:
-        scale, bias = _lobe(_alpha2(material) ** 0.5)
-        f0 = _normal_reflectance(material)
+        scale, bias = _lobe(alpha2**0.5)
         lobe = f0 * scale[:, None] + bias[:, None]
         if material.conserving:
             once = scale + bias
             lobe = lobe * (1.0 + f0 * ((1.0 - once) / once)[:, None])
         base = base * (1.0 - material.metallic) * (1.0 - f0) * _base_share(cosine)[:, None]
-    if material.coat is not None:
-        coat, grazing = material.coat, (1.0 - cosine) ** 5
-        passing = 1.0 - coat.strength * (_COAT_F0 + (1.0 - _COAT_F0) * grazing)
-        leaving = 1.0 - coat.strength * (_COAT_F0 + (1.0 - _COAT_F0) / 21.0)
-        base, lobe = ((passing * leaving)[:, None] * part for part in (base, lobe))
-        scale, bias = _lobe(coat.roughness**2)
-        base = base + (coat.strength * (_COAT_F0 * scale + bias))[:, None]
-    return base, lobe, once
+    shares = covered[:, None] * lobe
+    lobes.append(_Lobe(shares=shares, f0=f0, alpha2=alpha2, covered=covered, once=once))
+    return covered[:, None] * base, lobes
 
 
 def _base_share(cosine: Array) -> Array:

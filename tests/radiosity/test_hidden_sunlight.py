@@ -11,7 +11,7 @@ from simgl.radiosity.patch_light import PatchLight
 from simgl.radiosity.precomputed_response import GatheredSunlight
 from simgl.scene.materials import Material
 from simgl.scene.spacecraft import SpacecraftModel
-from tests.radiosity.metal_walls import BLACK, WALL, WIDE, baked, by_quadrature, of_wall, towards
+from tests.radiosity.glossy_walls import BLACK, WALL, WIDE, baked, by_quadrature, of_wall, towards
 from tests.radiosity.shapes import Quad, quads
 
 SUN = towards(45.0, 40.0)

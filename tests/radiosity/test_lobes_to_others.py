@@ -12,7 +12,7 @@ from simgl.radiosity.reflection_laws import reflection_laws
 from simgl.radiosity.sunlit_patches import SunlitPatches
 from simgl.scene.materials import Material
 from simgl.scene.spacecraft import SpacecraftModel
-from tests.radiosity.metal_walls import BLACK, PLATE, WIDE, of_plate, towards
+from tests.radiosity.glossy_walls import BLACK, PLATE, WIDE, of_plate, towards
 from tests.radiosity.shapes import Quad, quads
 
 AWAY: Quad = ((-1.3, -1, 0.1), (-1.3, 1, 0.1), (-2, 1, 1.4), (-2, -1, 1.4))

@@ -1,4 +1,4 @@
-"""A matt wall beside a metal plate: what it gets, by simgl and by quadrature of the law."""
+"""A matt wall beside a glossy plate: what it gets, by simgl and by quadrature of the law."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from simgl.radiosity.remesh import subdivided
 from simgl.radiosity.solver import reflectors
 from simgl.radiosity.sunlit_patches import SunlitPatches
 from simgl.scene.materials import Material
-from simgl.scene.surface_layers import Crinkle
+from simgl.scene.surface_layers import Coat, Crinkle
 from tests.radiosity.shapes import Quad, quads
 
 PLATE: Quad = ((0, -1, 0), (2, -1, 0), (2, 1, 0), (0, 1, 0))
@@ -40,6 +40,19 @@ WIDE = {
     "alpha 0.64, conserving": replace(METAL, roughness=0.8, conserving=True),
     "foil": FOIL,
 }
+# White and black paint, varnish, and a solar cell, as simgl/data/finishes.toml has them but for the
+# white one's gloss and the varnish.
+_WHITE = Material(name="white", reflectance=(0.88, 0.88, 0.84, 0.87))
+_CELL = Material(name="cell", reflectance=(0.034, 0.036, 0.056, 0.07))
+SMOOTH_GLASS = "cells, cover glass of roughness 0.05"
+PAINTS = {
+    "white paint, roughness 0.6": replace(_WHITE, roughness=0.6),
+    "white paint, roughness 0.3": replace(_WHITE, roughness=0.3),
+    "black paint, roughness 0.6": replace(_WHITE, reflectance=(0.035,) * 4, roughness=0.6),
+    "white, clear coat of roughness 0.45": replace(_WHITE, coat=Coat(roughness=0.45)),
+    "cells, cover glass of roughness 0.45": replace(_CELL, coat=Coat(roughness=0.45)),
+    SMOOTH_GLASS: replace(_CELL, coat=Coat(roughness=0.05)),
+}
 
 
 def towards(elevation: float, azimuth: float) -> Array:
@@ -56,26 +69,47 @@ def baked(*walls: Quad) -> LightTransport:
 
 
 def law(material: Material, n: Array, wi: Array, wo: Array) -> Array:
-    """(k, 4) reflectance of a metal [sr-1], as docs/materials.md has it; wi (3,) or (k, 3)."""
+    """(k, 4) reflectance [sr-1], as docs/materials.md has it; wi (3,) or (k, 3)."""
+    base, h = np.asarray(material.reflectance), wi + wo
+    h /= np.linalg.norm(h, axis=-1, keepdims=True)
+    NoL, NoV, NoH, VoH = wi @ n, wo @ n, h @ n, np.einsum("ki,ki->k", wo, h)
+    f = np.broadcast_to(base / np.pi, (len(wo), 4))
+    if material.roughness is not None:
+        f0 = 0.04 + material.metallic * (base - 0.04)
+        fresnel = f0 + (1.0 - f0) * (1.0 - VoH)[:, None] ** 5
+        a2 = width_of(material) ** 2
+        gain = np.ones((len(wo), 4))
+        if material.conserving:
+            cosine = np.linspace(0.02, 1.0, 50)
+            once = np.interp(NoV, cosine, sum(lobe_albedo(cosine, np.full(50, a2**0.5))))
+            gain += f0 * ((1.0 - once) / once)[:, None]
+        f = f * (1.0 - material.metallic) * (1.0 - fresnel)
+        f = f + gain * fresnel * _facets(a2, NoL, NoV, NoH)[:, None]
+    if material.coat is not None:
+        strength = material.coat.strength
+        passing, leaving, mirrored = (0.04 + 0.96 * (1.0 - c) ** 5 for c in (NoL, NoV, VoH))
+        f = f * ((1.0 - strength * passing) * (1.0 - strength * leaving))[:, None]
+        facets = _facets(material.coat.roughness**4, NoL, NoV, NoH)
+        f = f + (strength * mirrored * facets)[:, None]
+    return np.asarray(f)
+
+
+def width_of(material: Material) -> float:
+    """Alpha of its base, without a coat."""
     assert material.roughness is not None
-    assert material.metallic == 1.0
-    a2, f0 = material.roughness**4, np.asarray(material.reflectance)
+    a2 = material.roughness**4
     if material.crinkle is not None:
         # As wide as facets and slopes one after the other, by shaders/surface/crinkle.glsl.
         a2 = (a2**0.635 + (2.0 * material.crinkle.slope**2) ** 0.635) ** (1.0 / 0.635)
-    h = wi + wo
-    h /= np.linalg.norm(h, axis=-1, keepdims=True)
-    NoL, NoV, NoH, VoH = wi @ n, wo @ n, h @ n, np.einsum("ki,ki->k", wo, h)
+    return float(a2**0.5)
+
+
+def _facets(a2: float, NoL: Array, NoV: Array, NoH: Array) -> Array:
+    """(k,) what mirrors of that width would reflect [sr-1]."""
     D = a2 / (np.pi * (NoH**2 * (a2 - 1.0) + 1.0) ** 2)
     # Heitz 2014: G2 = 1 / (1 + Lambda(l) + Lambda(v)).
     lambdas = [0.5 * (np.sqrt(1.0 + a2 * (1.0 / c**2 - 1.0)) - 1.0) for c in (NoL, NoV)]
-    f = D / (4.0 * NoL * NoV * (1.0 + lambdas[0] + lambdas[1]))
-    gain = np.ones((len(wo), 4))
-    if material.conserving:
-        cosine = np.linspace(0.02, 1.0, 50)
-        once = np.interp(NoV, cosine, sum(lobe_albedo(cosine, np.full(50, a2**0.5))))
-        gain += f0 * ((1.0 - once) / once)[:, None]
-    return gain * (f0 + (1.0 - f0) * (1.0 - VoH)[:, None] ** 5) * f[:, None]
+    return np.asarray(D / (4.0 * NoL * NoV * (1.0 + lambdas[0] + lambdas[1])))
 
 
 def midpoints(corners: Quad, count: int, power: float = 1.0) -> tuple[Array, Array, Array]:
