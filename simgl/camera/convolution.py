@@ -331,6 +331,11 @@ def between_cells(coarse: Array, window: Window) -> Array32:
     return np.asarray(down @ (across @ coarse.T).T.astype(np.float32))
 
 
+def add_coarse(image: Array32, coarse: Array) -> None:
+    """Add values of the coarse grid to an image, linear between the cell centres."""
+    image += between_cells(coarse, Window.full(image.shape))
+
+
 @lru_cache(maxsize=8)
 def _between(pixels: int) -> scipy.sparse.csr_array:
     """(pixels, cells) weights of linear interpolation between the cell centres."""

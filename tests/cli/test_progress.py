@@ -14,7 +14,7 @@ import pytest
 from rich.console import Console
 
 from simgl import Product, cli, cli_progress, scenario_from_dict
-from simgl.maps import write_maps
+from simgl.figures.maps import write_maps
 from simgl.simulator import Simulator
 from tests.patience import wait_until
 
