@@ -98,9 +98,9 @@ Passage march(Stretch way, int steps) {
 #ifndef WITHOUT_DIFFUSE
         float middle = float(first) + 0.5 * float(DIFFUSE_CELLS) - before;
         float middle_width = middle < 0.0 ? width.x : width.y, middle_x = middle * middle_width;
-        March there = march_place(way, r0, sign(middle_x) * (middle_x * middle_x
+        March at_middle = march_place(way, r0, sign(middle_x) * (middle_x * middle_x
                                                              + middle_width * middle_width / 12.0));
-        DiffuseLight diffuse = diffuse_light(there.height, there.mu, there.mu_sun, way.nu);
+        DiffuseLight diffuse = diffuse_light(at_middle.height, at_middle.mu, at_middle.mu_sun, way.nu);
 #endif
         for (int cell_of_group = 0; cell_of_group < DIFFUSE_CELLS; ++cell_of_group) {
             float from_lowest = float(first + cell_of_group) + 0.5 - before;

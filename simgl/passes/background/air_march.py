@@ -42,9 +42,9 @@ AIR_VIEW = Block(
 # Of a march, besides the medium's.
 MARCHED = ["transmittance_table", *SCATTERING]
 
-# Cells of a ray: single scattering within 0.1 % of twice as many. From space so many of them take one
-# diffuse light: within 0.03 % of one for each, in 0.6 of the time. Inside the air long rays through
-# the night's change too much.
+# Cells of a ray: single scattering within 0.1 % of twice as many. From space so many of them take
+# one diffuse light: within 0.03 % of one for each, in 0.6 of the time. Inside the air that of long
+# rays through twilight changes too much.
 STEPS, _DIFFUSE_CELLS = 48, 3
 
 
