@@ -11,9 +11,15 @@ uniform sampler2D diffuse_aureole;
 uniform sampler3D diffuse_by_look;
 uniform sampler3D diffuse_by_look_x;
 
-// Radiance that a kilometre of the medium turns from this light into the way against a view
-// direction at `mu` from the zenith and `nu` from the Sun [sr-1 km-1].
-vec4 diffuse_source(Medium medium, float height, float mu, float mu_sun, float nu) {
+// What the medium's two scatterers turn of this light into the way against a view direction, as a share
+// of what a kilometre of each scatters [sr-1].
+struct DiffuseLight {
+    vec4 by_rayleigh;
+    vec4 by_aerosol;
+};
+
+// At a height, against a view direction at `mu` from the zenith and `nu` from the Sun.
+DiffuseLight diffuse_light(float height, float mu, float mu_sun, float nu) {
     vec2 place = diffuse_place(height, mu_sun, vec2(textureSize(diffuse_mean, 0)));
     vec3 look = vec3(place.x, table_place(0.5 + 0.5 * mu, float(textureSize(diffuse_by_look, 0).y)),
                      place.y);
@@ -32,6 +38,6 @@ vec4 diffuse_source(Medium medium, float height, float mu, float mu_sun, float n
     vec4 by_aerosol = (aureole * (1.0 - gg * gg) / (e * sqrt(e)) + twice) / (4.0 * PI)
                     + textureLod(diffuse_by_look, look, 0.0)
                     + textureLod(diffuse_by_look_x, look, 0.0) * x;
-    return medium.rayleigh * (3.0 / (16.0 * PI)) * (rayleigh_shape.x * mean + rayleigh_shape.y * along)
-         + medium.aerosol * by_aerosol;
+    vec4 by_rayleigh = 3.0 / (16.0 * PI) * (rayleigh_shape.x * mean + rayleigh_shape.y * along);
+    return DiffuseLight(by_rayleigh, by_aerosol);
 }

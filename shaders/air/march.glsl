@@ -52,12 +52,34 @@ struct Passage {
     vec4 transmittance;
 };
 
+#ifndef DIFFUSE_CELLS
+#define DIFFUSE_CELLS 1
+#endif
+
+// A place on a stretch, and the Sun there.
+struct March {
+    float s;
+    float height;
+    float mu;
+    float mu_sun;
+};
+
+// At `s` from the lowest point, whose distance from the Earth's centre is `r0`.
+March march_place(Stretch way, float r0, float s) {
+    float rise = s * (2.0 * r0 * way.mu + s);
+    float r = sqrt(r0 * r0 + rise);
+    float height = max(way.height + rise / (r + r0), 0.0);
+    float mu_sun = clamp((r0 * way.mu_sun + s * way.nu) / r, -1.0, 1.0);
+    return March(s, height, (r0 * way.mu + s) / r, mu_sun);
+}
+
 // The march: `steps` cells, crowded quadratically about the lowest point, where the air is dense;
 // within a cell the medium is even and its own extinction is integrated. With x = sqrt(|s|) on even
 // cells of width w, the middles sum to too much by w^2 / 12 of the source at x = 0 (Euler-Maclaurin);
-// reading the source at s = x^2 + w^2 / 12 takes that away. WITHOUT_SUN leaves out what comes
-// straight from the Sun, WITHOUT_DIFFUSE what was scattered or reflected before, WITHOUT_RAYLEIGH
-// what the air itself scatters.
+// reading the source at s = x^2 + w^2 / 12 takes that away. Diffuse light changes less than the medium
+// and the Sun's light: DIFFUSE_CELLS cells, of which `steps` is a multiple, take that of the one in
+// their middle. WITHOUT_SUN leaves out what comes straight from the Sun, WITHOUT_DIFFUSE what was
+// scattered or reflected before, WITHOUT_RAYLEIGH what the air itself scatters.
 Passage march(Stretch way, int steps) {
     float r0 = ground_radius + way.height;
     // Cells on either side of the lowest point, at least one on each that there is.
@@ -72,33 +94,38 @@ Passage march(Stretch way, int steps) {
 #endif
     vec4 by_aerosol = aerosol_phase(way.nu);
     vec4 light = vec4(0.0), left = vec4(1.0);
-    for (int i = 0; i < steps; ++i) {
-        float from_lowest = float(i) + 0.5 - before;
-        float w = from_lowest < 0.0 ? width.x : width.y;
-        float x = from_lowest * w;
-        float cell = 2.0 * abs(x) * w;
-        float s = sign(x) * (x * x + w * w / 12.0);
-        float rise = s * (2.0 * r0 * way.mu + s);
-        float r = sqrt(r0 * r0 + rise);
-        float height = max(way.height + rise / (r + r0), 0.0);
-        float mu = (r0 * way.mu + s) / r;
-        float mu_sun = clamp((r0 * way.mu_sun + s * way.nu) / r, -1.0, 1.0);
-        Medium medium = medium_at(height);
-        vec4 source = vec4(0.0);
+    for (int first = 0; first < steps; first += DIFFUSE_CELLS) {
+#ifndef WITHOUT_DIFFUSE
+        float middle = float(first) + 0.5 * float(DIFFUSE_CELLS) - before;
+        float middle_width = middle < 0.0 ? width.x : width.y, middle_x = middle * middle_width;
+        March at_middle = march_place(way, r0, sign(middle_x) * (middle_x * middle_x
+                                                             + middle_width * middle_width / 12.0));
+        DiffuseLight diffuse = diffuse_light(at_middle.height, at_middle.mu, at_middle.mu_sun, way.nu);
+#endif
+        for (int cell_of_group = 0; cell_of_group < DIFFUSE_CELLS; ++cell_of_group) {
+            float from_lowest = float(first + cell_of_group) + 0.5 - before;
+            float w = from_lowest < 0.0 ? width.x : width.y;
+            float x = from_lowest * w;
+            float cell = 2.0 * abs(x) * w;
+            March here = march_place(way, r0, sign(x) * (x * x + w * w / 12.0));
+            Medium medium = medium_at(here.height);
+            vec4 source = vec4(0.0);
 #ifndef WITHOUT_SUN
-        vec4 sun = transmittance_to_space(height, mu_sun) * sun_above_horizon(height, mu_sun);
-        source += sun * (medium.rayleigh * by_rayleigh + medium.aerosol * by_aerosol);
+            vec4 sun = transmittance_to_space(here.height, here.mu_sun)
+                     * sun_above_horizon(here.height, here.mu_sun);
+            source += sun * (medium.rayleigh * by_rayleigh + medium.aerosol * by_aerosol);
 #endif
 #ifndef WITHOUT_DIFFUSE
-        source += diffuse_source(medium, height, mu, mu_sun, way.nu);
+            source += medium.rayleigh * diffuse.by_rayleigh + medium.aerosol * diffuse.by_aerosol;
 #endif
-        vec4 depth = medium.extinction * cell;
-        vec4 passed = exp(-depth);
-        // (1 - exp(-depth)) / depth, by its series where the difference would cancel.
-        vec4 mean = mix((1.0 - passed) / max(depth, 1e-6), 1.0 - depth * (0.5 - depth / 6.0),
-                        lessThan(depth, vec4(0.02)));
-        light += left * source * mean * cell;
-        left *= passed;
+            vec4 depth = medium.extinction * cell;
+            vec4 passed = exp(-depth);
+            // (1 - exp(-depth)) / depth, by its series where the difference would cancel.
+            vec4 mean = mix((1.0 - passed) / max(depth, 1e-6), 1.0 - depth * (0.5 - depth / 6.0),
+                            lessThan(depth, vec4(0.02)));
+            light += left * source * mean * cell;
+            left *= passed;
+        }
     }
     return Passage(light, left);
 }

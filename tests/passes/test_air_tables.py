@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from simgl.disk_cache import cache_folder
-from simgl.passes.background import air_tables
+from simgl.passes.background import air_march, air_nodes, air_tables
 from simgl.passes.background.air_nodes import HEIGHTS, NO_NODE, PARTS, SLOTS, Nodes
 from simgl.passes.background.air_tables import AIR, TABLES, AirKind, make_tables, tables_of
 from simgl.physics.air_profile import AIR_TOP
@@ -146,8 +146,11 @@ def test_pictures_from_one_place_share_tables_and_others_do_not(gl: moderngl.Con
         assert at_sun(look, 450e3, 30.0, -up) == 4 * HEIGHTS * PARTS
 
 
-# 2^-8 rad are 34 frames, and where the Sun is high over all that is seen eight times as many.
-@pytest.mark.parametrize(("sun_deg", "frames_a_node"), [(70.0, 34.0), (30.0, 8 * 34.0)])
+# 2^-8 rad are 34 frames; where it is day somewhere in sight they are twice as many, and where the
+# Sun is high over all that is seen eight times.
+@pytest.mark.parametrize(
+    ("sun_deg", "frames_a_node"), [(112.0, 34.0), (70.0, 2 * 34.0), (30.0, 8 * 34.0)]
+)
 def test_no_frame_of_an_even_motion_marches_more_than_an_eighth_of_a_table(
     gl: moderngl.Context, sun_deg: float, frames_a_node: float
 ) -> None:
@@ -223,6 +226,21 @@ def test_between_two_nodes_the_light_is_that_of_the_sun_there(
     # 0.01 %, and the march's own noise where the Earth's shadow crosses the ray.
     assert np.median(off) < 1e-3
     assert np.percentile(off, 99.0) < 1e-2
+
+
+@pytest.mark.parametrize("height", [400e3, 36e6])
+@pytest.mark.parametrize("sun_deg", [20.3, 72.4, 104.5])
+def test_fewer_azimuths_nodes_and_diffuse_lights_show_nowhere(
+    gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch, height: float, sun_deg: float
+) -> None:
+    """From space an image's table is within 1e-3 rms of its light of one that is marched at every
+    azimuth, at the Sun's own angle, with the diffuse light of every cell."""
+    table = _view_light(gl, height, sun_deg)
+    monkeypatch.setattr(air_nodes, "_NODE_STEP", 2.0**-14)
+    monkeypatch.setattr(air_nodes, "_FROM_LOW_ORBIT", air_nodes.COLUMNS)
+    monkeypatch.setattr(air_march, "_DIFFUSE_CELLS", 1)
+    marched = _view_light(gl, height, sun_deg)
+    assert np.sqrt(np.mean((table - marched) ** 2) / np.mean(marched**2)) < 1e-3
 
 
 def _view_light(gl: moderngl.Context, height: float, sun_deg: float) -> np.ndarray:

@@ -25,6 +25,7 @@ from simgl.lru_cache import LruCache
 from simgl.next_step import StepWatch
 from simgl.passes.background.air_march import AIR_VIEW, MARCHED, STEPS
 from simgl.passes.background.air_nodes import (
+    COLUMNS,
     PARTS,
     SLOTS,
     AirNodes,
@@ -77,7 +78,9 @@ _MIX = Block(
             # Rows of a slot, and of a part.
             ("slot_rows", "i4"),
             ("part_rows", "i4"),
-            ("mix_padding", "i4", 2),
+            # Of the mixed table.
+            ("mix_columns", "f4"),
+            ("mix_padding", "f4"),
         ]
     ),
 )
@@ -211,13 +214,14 @@ class AtmospherePass:
         self._nodes.fill(tables, nodes, indices)
         while self._unused and self._unused[-1].size[1] != nodes.rows:
             release_all(self._ctx, self._unused.pop())
-        target = self._unused.pop() if self._unused else new_table(self._ctx, nodes.rows)
+        target = self._unused.pop() if self._unused else new_table(self._ctx, nodes.rows, COLUMNS)
         self.state.apply(self._ctx, target.framebuffer, (0, 0, *target.size))
         values = {
             "node_weights": weights,
             "node_slots": indices % SLOTS,
             "slot_rows": nodes.rows,
             "part_rows": nodes.part_rows,
+            "mix_columns": COLUMNS,
         }
         self._mix.draw(values, nodes.light.textures)
         return target

@@ -19,7 +19,7 @@ from simgl.gpu.release import all_or_nothing, release_all
 from simgl.gpu.render_targets import Format, ImageTarget
 from simgl.lru_cache import LruCache
 from simgl.next_step import NextStep
-from simgl.passes.background.air_march import COLUMNS, AirMarch, MarchedRows
+from simgl.passes.background.air_march import AirMarch, MarchedRows
 from simgl.passes.background.earth_air import AirTables, EarthAir
 from simgl.physics.air_profile import AIR_TOP
 from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS
@@ -33,8 +33,13 @@ _ROWS = _GROUND_ROWS + _LIMB_ROWS + _SKY_ROWS
 _HEIGHT_STEP, _NODE_STEP = 2.0**-10, 2.0**-8
 # Where the Sun stands high over all that is seen nodes may be so many times as far apart: what the
 # air lets pass of its light, exp(-t / cos) with t = 0.35, is then interpolated within 5e-5 up to 70
-# degrees from the zenith. From 82 degrees on they are close. [rad]
-_WIDER, _LOW_SUN, _BLEND = 8.0, np.radians(75.0), np.radians(3.0)
+# degrees from the zenith. Past 82 degrees they are closer, and all the way where it is low over the
+# brightest that is seen, too: all light there is that of twilight. [rad]
+_WIDER, _WIDE = 8.0, 2.0
+_LOW_SUN, _NO_DAY, _BLEND = np.radians(75.0), np.radians(84.0), np.radians(3.0)
+# Azimuths from the Sun at which light is marched. From low orbits the Earth's shadow is wide enough
+# that cubics through fewer of them serve an image's table, which is read linearly.
+COLUMNS, _FROM_LOW_ORBIT, _LOW_ORBIT_M = 96, 64, 1e6
 # Parts of a table's rows, and the nodes of each that are cached, in turns.
 PARTS, SLOTS = 16, 8
 NO_NODE = np.iinfo(np.int64).min
@@ -117,12 +122,13 @@ class AirNodes:
         def made() -> Nodes:
             # A camera in space looks at no sky.
             rows = _ROWS if inside else _ROWS - _SKY_ROWS
+            columns = COLUMNS if inside or step > _LOW_ORBIT_M else _FROM_LOW_ORBIT
             return Nodes(
                 kind=kind,
                 height=step,
                 inside=inside,
-                transmittance=new_table(self._ctx, rows),
-                light=new_table(self._ctx, SLOTS * rows),
+                transmittance=new_table(self._ctx, rows, 1),
+                light=new_table(self._ctx, SLOTS * rows, columns),
             )
 
         return self._nodes.get((kind, step, inside, moonlit), made)
@@ -163,7 +169,8 @@ class AirNodes:
         nodes.cached[part, slot] = NO_NODE
         angle = _node_angle(index + part / PARTS, nodes.height)
         above = slot * nodes.rows
-        values = view_values(radius, nodes.height, angle) | {"first_row": -above}
+        values = view_values(radius, nodes.height, angle)
+        values |= {"first_row": -above, "view_columns": nodes.light.size[0]}
         rows = MarchedRows(nodes.light, above + first, count, inside=nodes.inside, light=True)
         self._march.fill(tables, rows, values)
         nodes.cached[part, slot] = index
@@ -174,9 +181,9 @@ class AirNodes:
         self._march.release()
 
 
-def new_table(ctx: moderngl.Context, rows: int) -> ImageTarget:
-    """For so many rows of a view."""
-    target = ImageTarget(ctx, (COLUMNS, rows), (Format("f4", 4),))
+def new_table(ctx: moderngl.Context, rows: int, columns: int) -> ImageTarget:
+    """For so many rows and columns of a view."""
+    target = ImageTarget(ctx, (columns, rows), (Format("f4", 4),))
     for texture in target.textures:
         texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
         texture.repeat_x = texture.repeat_y = False
@@ -188,30 +195,35 @@ def height_place(height: float) -> float:
     return log(height) / _HEIGHT_STEP
 
 
-def _low_sun(height: float) -> float:
-    """Angle of the Sun from the zenith of a height from which on it is low over what is seen."""
-    # On the horizon the Sun stands lower by the angle between both zeniths.
+def _closer(height: float) -> tuple[tuple[float, float], ...]:
+    """Angles of the Sun from the zenith of a height about which nodes get closer, and by how many
+    times their number to a step."""
+    # On the horizon the Sun stands lower, or higher, by the angle between both zeniths.
     dip = acos(WGS84_EQUATORIAL_RADIUS / (WGS84_EQUATORIAL_RADIUS + height))
-    return float(_LOW_SUN) - dip
+    wide = 1.0 / _WIDE
+    return (float(_LOW_SUN) - dip, wide - 1.0 / _WIDER), (float(_NO_DAY) + dip, 1.0 - wide)
 
 
 def _node_place(angle: float, height: float) -> float:
     """Number of nodes up to an angle of the Sun from the zenith of a height [rad, m]."""
-    past = (angle - _low_sun(height)) / _BLEND
-    # Of the steps from wide to close, the integral of a logistic function.
-    close = _BLEND * (max(past, 0.0) + log1p(exp(-abs(past))))
-    return (angle / _WIDER + (1.0 - 1.0 / _WIDER) * close) / _NODE_STEP
+    steps = angle / _WIDER
+    for about, more in _closer(height):
+        # Of steps from wide to close, the integral of a logistic function.
+        past = (angle - about) / _BLEND
+        steps += more * _BLEND * (max(past, 0.0) + log1p(exp(-abs(past))))
+    return steps / _NODE_STEP
 
 
 def _node_angle(place: float, height: float) -> float:
     """Angle of the Sun up to which there are so many nodes: the inverse of ``_node_place``."""
-    angle, low_sun = 2.0 * pi, _low_sun(height)
+    angle, closer = 2.0 * pi, _closer(height)
     # Steps get closer as the angle grows, so that Newton's method comes from there without passing
     # the root, until nothing is left of the last steps.
     while True:
-        close = 1.0 / (1.0 + exp(-(angle - low_sun) / _BLEND))
-        steps = (1.0 / _WIDER + (1.0 - 1.0 / _WIDER) * close) / _NODE_STEP
-        nearer = angle - (_node_place(angle, height) - place) / steps
+        steps = 1.0 / _WIDER
+        for about, more in closer:
+            steps += more / (1.0 + exp(-(angle - about) / _BLEND))
+        nearer = angle - (_node_place(angle, height) - place) * _NODE_STEP / steps
         if nearer >= angle:
             return angle
         angle = nearer
