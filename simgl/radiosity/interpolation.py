@@ -21,6 +21,9 @@ from simgl.radiosity.gather_points import Places
 from simgl.radiosity.light_grids import CUTS, STEPS
 from simgl.radiosity.light_transport import LightGrids, LightTransport, by_columns
 
+# Of weights.
+_STEP = 2.0**-20
+
 
 class _Entries(NamedTuple):
     """Of a sparse matrix."""
@@ -68,9 +71,11 @@ def sun_sharpened(
 
 
 def _sharpened(means: sparse.csr_matrix) -> sparse.csc_matrix:
-    # One inside another part keeps what it has.
-    known = np.where(np.diff(means.indptr) > 0, 2.0, 1.0)
-    return by_columns((sparse.diags_array(known) - means).astype(np.float32))
+    # In steps that float32 adds up exactly: rows whose sum is 1 leave a share of 1 as it is.
+    means.data = np.round(means.data / _STEP) * _STEP
+    # One inside another part keeps what it has: its row is empty.
+    diagonal = 1.0 + np.asarray(means.sum(axis=1)).ravel()
+    return by_columns((sparse.diags_array(diagonal) - means).astype(np.float32))
 
 
 def _means(

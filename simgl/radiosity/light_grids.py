@@ -105,11 +105,11 @@ def light_grids(
         point_of_node=of_node,
         row_of_node=_rows_of_nodes(transport, chosen, of_node),
     )
-    at_nodes = _on_whole_triangles(places_of(points, used, open_, sides), chosen)
+    at_nodes = _on_parent_triangles(places_of(points, used, open_, sides), chosen)
     return grids, seen, at_nodes
 
 
-def _on_whole_triangles(places: Places, chosen: IndexArray) -> Places:
+def _on_parent_triangles(places: Places, chosen: IndexArray) -> Places:
     """Places on the pieces of some triangles (t,), as places on these."""
     of_grid, piece = np.divmod(places.triangles, len(_PIECES))
     nowhere = places.triangles < 0
