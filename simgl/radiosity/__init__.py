@@ -2,7 +2,8 @@
 
 A bake traces rays from a body's surfaces once (``bake``, with ``remesh``, ``patches``,
 ``gather_points``, ``occlusion``, ``hemisphere``, ``patch_cells``, part by part ``in_turn``;
-``light_grids`` where light is uneven, ``near_means`` where it is noise); its result, a
+``light_grids`` where light is uneven, ``near_means`` where it is noise, values for
+``interpolation`` between them); its result, a
 ``light_transport``, stays in memory and in files (``transport_store``). In each frame
 ``patch_light`` solves for the light that leaves the patches under the ``incident_light``, by
 ``solver`` and what it has precomputed

@@ -19,8 +19,10 @@ from simgl.radiosity.gather_points import (
     face_normals,
     gather_points_of,
     nearest_open,
+    places_of,
 )
 from simgl.radiosity.hemisphere import CELLS_ACROSS, cosine_directions, frames, sky_cell, spins
+from simgl.radiosity.interpolation import sharpened, sun_sharpened
 from simgl.radiosity.light_grids import light_grids
 from simgl.radiosity.light_transport import LightTransport, by_columns
 from simgl.radiosity.near_means import near_means
@@ -159,7 +161,7 @@ def traced(
         (factors, sky, point_open),
         settings,
     )
-    grids, at_nodes = light_grids(
+    grids, at_nodes, of_nodes = light_grids(
         transport,
         tracer,
         index,
@@ -173,7 +175,13 @@ def traced(
     nearness = seen.nearness[used]
     if at_nodes is not None:
         nearness = np.concatenate([nearness, at_nodes.nearness])
-    return replace(transport, means=near_means(transport, nearness))
+    at_vertices = places_of(points, used, seen.open, sides)
+    return replace(
+        transport,
+        means=near_means(transport, nearness),
+        sharpened=sharpened(transport, at_vertices),
+        sun_sharpened=sun_sharpened(transport, at_vertices, of_nodes),
+    )
 
 
 def refined(mesh: Mesh, sides: int, settings: BakeSettings) -> Mesh:

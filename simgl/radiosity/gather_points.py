@@ -42,13 +42,33 @@ class GatherPoints:
     """Distinct (place, normal) pairs of a mesh's vertices.
 
     origins : (s, PLACES, 3) where rays start [m]
+    triangles : (s, PLACES) on which those places are; -1 for a vertex without any
+    weights : (s, PLACES, 3) of the corners of these, there
     normals : (s, 3) unit, towards the side that is lit
     of_vertex : (sides, v) the gather point of each vertex, on its front and back (one or two sides)
     """
 
     origins: Array
+    triangles: IndexArray
+    weights: Array
     normals: Array
     of_vertex: IndexArray
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Places:
+    """Where the rays of gather points start, k places each.
+
+    triangles : (n, k) of the mesh that they are on; -1 for a vertex without triangles
+    weights : (n, k, 3) of the corners there
+    back : (n,) whether the gather point is on the back of the triangles
+    open : (n, k) whether the rays of a place count: it is outside other parts
+    """
+
+    triangles: IndexArray
+    weights: Array
+    back: Mask
+    open: Mask
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -61,16 +81,21 @@ class GatherRays:
     occluded : (s, 96) csr, numbers of rays that met the body on their way to a cell of the sky
     sky_rays : (b, 96) counts of all rays to a cell, by the rounded normal
     sky_rays_row : (s,) the row of ``sky_rays`` of each gather point
-    buried : (s,) inside another part
+    open : (s, PLACES) whether rays of each place count: it is outside other parts
     """
 
     hit_share: Array
     nearness: Array32
     hits: sparse.csr_matrix
     occluded: sparse.csr_matrix
+    open: Mask
     sky_rays: Array32
     sky_rays_row: IndexArray
-    buried: Mask
+
+    @property
+    def buried(self) -> Mask:
+        """(s,) which gather points are inside another part."""
+        return np.asarray(~self.open.any(axis=1))
 
 
 class _Part(NamedTuple):
@@ -80,7 +105,20 @@ class _Part(NamedTuple):
     nearness: Array32
     hits: sparse.csr_matrix
     occluded: sparse.csr_matrix
-    buried: Mask
+    open: Mask
+
+
+def places_of(points: GatherPoints, used: IndexArray, open_: Mask, sides: int) -> Places:
+    """Those of some gather points.
+
+    open_ : (s, k) of all gather points, as of ``Places``
+    """
+    return Places(
+        triangles=points.triangles[used],
+        weights=points.weights[used],
+        back=used >= len(points.origins) // sides,
+        open=open_[used],
+    )
 
 
 def unit_rows(vectors: Array) -> Array:
@@ -121,17 +159,23 @@ def gather_points_of(mesh: Mesh, sides: int, radius: float | None = None) -> Gat
     place, n = mesh.positions[first].astype(np.float64), normals[first]
     outwards = [n, -n][:sides]
     lift = LIFT * (mesh.radius if radius is None else radius)
+    around = [_around(mesh, row[triangles], areas, place, n) for n in outwards]
     return GatherPoints(
         origins=np.concatenate(
-            [_around(mesh, row[triangles], areas, place, n) + lift * n[:, None] for n in outwards]
+            [at + lift * n[:, None] for (at, _, _), n in zip(around, outwards, strict=True)]
         ),
+        triangles=np.concatenate([triangle for _, triangle, _ in around]),
+        weights=np.concatenate([weights for _, _, weights in around]),
         normals=np.concatenate(outwards),
         of_vertex=np.stack([row + side * count_of_side for side in range(sides)]),
     )
 
 
-def _around(mesh: Mesh, corners: IndexArray, areas: Array, place: Array, normals: Array) -> Array:
-    """(s, PLACES, 3) places on the triangles about each gather point, more on bigger ones.
+def _around(
+    mesh: Mesh, corners: IndexArray, areas: Array, place: Array, normals: Array
+) -> tuple[Array, IndexArray, Array]:
+    """(s, PLACES, 3) places on the triangles about each gather point, more on bigger ones; those
+    triangles and the weights of their corners there, as of ``GatherPoints``.
 
     corners : (m, 3) gather point of each triangle's corner
 
@@ -159,12 +203,19 @@ def _around(mesh: Mesh, corners: IndexArray, areas: Array, place: Array, normals
     at = mesh.positions[mesh.triangles.astype(np.int64)].astype(np.float64)
     t, k = chosen // 3, chosen % 3
     b, c = at[t, (k + 1) % 3], at[t, (k + 2) % 3]
-    away = REACH * (u[:, None] * (b - place[of]) + v[:, None] * (c - place[of]))
-    away[chosen < 0] = 0.0
+    u, v = REACH * np.where(chosen < 0, 0.0, u), REACH * np.where(chosen < 0, 0.0, v)
+    away = u[:, None] * (b - place[of]) + v[:, None] * (c - place[of])
+    weights = np.empty((len(of), 3))
+    each = np.arange(len(of))
+    weights[each, k], weights[each, (k + 1) % 3], weights[each, (k + 2) % 3] = 1.0 - u - v, u, v
     # Never below the plane of the vertex: the middle of a dome's facet lies there.
     down = np.minimum(np.einsum("ij,ij->i", away, normals[of]), 0.0)
     away -= down[:, None] * normals[of]
-    return (place[of] + away).reshape(-1, PLACES, 3)
+    return (
+        (place[of] + away).reshape(-1, PLACES, 3),
+        np.where(chosen < 0, -1, t).reshape(-1, PLACES),
+        weights.reshape(-1, PLACES, 3),
+    )
 
 
 _KEY_WEIGHTS = np.array([2**33, 2**22, 2**11, 1], dtype=np.int64)
@@ -218,7 +269,7 @@ def cast(
             nearness=mean_nearness(point, reach + gap, count, rays),
             hits=_sums(point, side, to_body, (count, columns * sides)),
             occluded=_sums(point, cells[row[point], ray], share, (count, SKY_CELLS)),
-            buried=number == 0,
+            open=usable.reshape(-1, PLACES),
         )
 
     parts = in_turn(traced, np.arange(len(points.origins)), rays, tick)
@@ -229,9 +280,9 @@ def cast(
         nearness=np.concatenate([part.nearness for part in parts]),
         hits=sparse.vstack([part.hits for part in parts], format="csr"),
         occluded=sparse.vstack([part.occluded for part in parts], format="csr"),
+        open=np.concatenate([part.open for part in parts]),
         sky_rays=sky_rays,
         sky_rays_row=sky_rays_row,
-        buried=np.concatenate([part.buried for part in parts]),
     )
 
 

@@ -129,6 +129,8 @@ def _exposure(fine: Mesh, sides: int, groups: list[_Group]) -> Array:
     origins = [group.points.origins + group.rigid.centre for group in groups]
     points = GatherPoints(
         origins=np.concatenate(origins),
+        triangles=np.concatenate([group.points.triangles for group in groups]),
+        weights=np.concatenate([group.points.weights for group in groups]),
         normals=np.concatenate([group.points.normals for group in groups]),
         of_vertex=np.zeros((sides, 0), dtype=np.int64),
     )

@@ -6,12 +6,20 @@ is gathered once for many frames is found so finely: the mesh that is drawn stay
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy import sparse
 
 from simgl.arrays import Array, Array32, IndexArray, Mask
 from simgl.progress import ProgressCallback
-from simgl.radiosity.gather_points import face_normals, gather_points_of, nearest_open
+from simgl.radiosity.gather_points import (
+    Places,
+    face_normals,
+    gather_points_of,
+    nearest_open,
+    places_of,
+)
 from simgl.radiosity.light_transport import LightGrids, LightTransport, by_columns
 from simgl.radiosity.occlusion import moved_into_open
 from simgl.radiosity.patch_cells import CellIndex, SeenCells
@@ -55,9 +63,9 @@ def light_grids(
     count: int,
     rays: int,
     report: ProgressCallback,
-) -> tuple[LightGrids, SeenCells] | tuple[None, None]:
-    """Grids on up to so many triangles, those where most light is uneven, and the cells that their
-    gather points see; nothing where light is even.
+) -> tuple[LightGrids, SeenCells, Places] | tuple[None, None, None]:
+    """Grids on up to so many triangles, those where most light is uneven; the cells that their
+    gather points see, and where rays of these start; nothing where light is even.
 
     rays : of each gather point
     """
@@ -69,13 +77,13 @@ def light_grids(
     order = np.argsort(-worth, kind="stable")[:count]
     chosen = np.sort(order[(worth[order] > 0.0) & _affordable(transport, order)])
     if len(chosen) == 0:
-        return None, None
+        return None, None, None
     fine = _cut(mesh, chosen)
     points = gather_points_of(fine, sides, mesh.radius)
     if sides == 1:
         points = moved_into_open(fine, tracer, points, mesh, _TRIED_EACH)
     every = np.ones(len(points.origins), dtype=np.bool_)
-    seen, buried = cells_seen(
+    seen, open_ = cells_seen(
         mesh,
         tracer,
         points,
@@ -86,7 +94,7 @@ def light_grids(
         True,
         lambda done: report(done, len(every)),
     )
-    rows = nearest_open(fine, points, buried)[points.of_vertex]
+    rows = nearest_open(fine, points, np.asarray(~open_.any(axis=1)))[points.of_vertex]
     used, of_node = np.unique(rows, return_inverse=True)
     of_node = np.moveaxis(of_node.reshape(sides, len(chosen), NODES), 0, 2)
     of_node[~_continuous(mesh, chosen)] = -1
@@ -97,7 +105,20 @@ def light_grids(
         point_of_node=of_node,
         row_of_node=_rows_of_nodes(transport, chosen, of_node),
     )
-    return grids, seen
+    at_nodes = _on_parent_triangles(places_of(points, used, open_, sides), chosen)
+    return grids, seen, at_nodes
+
+
+def _on_parent_triangles(places: Places, chosen: IndexArray) -> Places:
+    """Places on the pieces of some triangles (t,), as places on these."""
+    of_grid, piece = np.divmod(places.triangles, len(_PIECES))
+    nowhere = places.triangles < 0
+    corners = STEPS[_PIECES[np.where(nowhere, 0, piece)]] / CUTS
+    return replace(
+        places,
+        triangles=np.where(nowhere, -1, chosen[np.where(nowhere, 0, of_grid)]),
+        weights=np.einsum("npk,npkj->npj", places.weights, corners),
+    )
 
 
 def _corners_of_nodes(transport: LightTransport, chosen: IndexArray) -> IndexArray:
@@ -188,13 +209,6 @@ def _sphere(count: int) -> Array:
 
 def _cut(mesh: Mesh, chosen: IndexArray) -> Mesh:
     """Some triangles of a mesh cut into ``CUTS``^2 each: their nodes, triangle by triangle."""
-    number = {(int(i), int(j)): k for k, (i, j, _) in enumerate(STEPS)}
-    pieces = []
-    for i, j in number:
-        if i + j < CUTS:
-            pieces.append((number[i + 1, j], number[i, j + 1], number[i, j]))
-        if i + j < CUTS - 1:
-            pieces.append((number[i + 1, j + 1], number[i, j + 1], number[i + 1, j]))
     corners = mesh.triangles[chosen].astype(np.int64)
     places = np.einsum("nk,tkj->tnj", STEPS / CUTS, mesh.positions[corners].astype(np.float64))
     normals = np.einsum("nk,tkj->tnj", STEPS / CUTS, mesh.normals[corners].astype(np.float64))
@@ -205,10 +219,25 @@ def _cut(mesh: Mesh, chosen: IndexArray) -> Mesh:
     return Mesh(
         positions=(np.round(places / step) * step).reshape(-1, 3).astype(np.float32),
         normals=normals.reshape(-1, 3).astype(np.float32),
-        triangles=(first[:, None, None] + np.array(pieces)).reshape(-1, 3).astype(np.uint32),
+        triangles=(first[:, None, None] + _PIECES).reshape(-1, 3).astype(np.uint32),
         part=label,
         material=label,
     )
+
+
+def _pieces() -> IndexArray:
+    """(CUTS^2, 3) nodes of the parts of a triangle."""
+    number = {(int(i), int(j)): k for k, (i, j, _) in enumerate(STEPS)}
+    pieces = []
+    for i, j in number:
+        if i + j < CUTS:
+            pieces.append((number[i + 1, j], number[i, j + 1], number[i, j]))
+        if i + j < CUTS - 1:
+            pieces.append((number[i + 1, j + 1], number[i, j + 1], number[i + 1, j]))
+    return np.array(pieces)
+
+
+_PIECES = _pieces()
 
 
 def _continuous(mesh: Mesh, chosen: IndexArray) -> Mask:

@@ -61,6 +61,7 @@ class GatherMatrix:
     sky_part : (s, c) csc, and whether it is what is seen, ``sky_part_seen`` (s,)
     sky_rays, sky_rays_row : all of the sky, and its row for each gather point
     between : where all this is of each rigid group by itself, what the others do to it
+    sharpened : (s, s) csc, as of ``LightTransport``
     """
 
     shape: tuple[int, int]
@@ -71,6 +72,11 @@ class GatherMatrix:
     sky_rays: sparse.csc_matrix
     sky_rays_row: IndexArray
     between: Between | None = None
+    sharpened: sparse.csc_matrix | None = None
+
+    def at_points(self, light: Array32) -> Array32:
+        """(s, ...) values at gather points, of what their rays found (s, ...)."""
+        return light if self.sharpened is None else self.sharpened @ light
 
     @cached_property
     def open_sky(self) -> tuple[sparse.csc_matrix, Array32]:
@@ -181,6 +187,9 @@ class LightTransport:
     grids : finer light on some triangles; None where light is linear between the vertices
     means : (s + g, s + g) csc, means over gather points near each other, of vertices and then of
         grids (simgl/radiosity/near_means.py); None where what each gathers stays
+    sharpened : (s, s) csc, values of gather points between which light has the means that their
+        rays found (simgl/radiosity/interpolation.py); None where these means are the values
+    sun_sharpened : (s + g, s + g) csc, the same with grids
     """
 
     mesh: Mesh
@@ -203,6 +212,8 @@ class LightTransport:
     cells: PatchCells | None = None
     grids: LightGrids | None = None
     means: sparse.csc_matrix | None = None
+    sharpened: sparse.csc_matrix | None = None
+    sun_sharpened: sparse.csc_matrix | None = None
 
     @property
     def digest(self) -> str:
@@ -275,6 +286,7 @@ class LightTransport:
             shape=(point.shape[1], point.shape[0]),
             rows=self.vertex_rows,
             gather=self.gather,
+            sharpened=self.sharpened,
             sky_part=self.sky_part,
             sky_part_seen=self.sky_part_seen,
             sky_rays=self.sky_rays,

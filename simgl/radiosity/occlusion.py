@@ -60,8 +60,11 @@ def moved_into_open(
     among = np.minimum(np.maximum(nearest.astype(np.int64), PLACES), count)
     turn = np.arange(PLACES)[None, :] * among[:, None] // PLACES
     origins = gather.origins.copy()
-    origins[served] = points[place[order[first[:, None] + turn]]]
-    return replace(gather, origins=origins)
+    chosen = place[order[first[:, None] + turn]]
+    origins[served] = points[chosen]
+    of_place, shares = gather.triangles.copy(), gather.weights.copy()
+    of_place[served], shares[served] = triangle[chosen], weights[chosen]
+    return replace(gather, origins=origins, triangles=of_place, weights=shares)
 
 
 def inside_others(mesh: Mesh, tracer: RayTracer, points: Array, normals: Array) -> Mask:

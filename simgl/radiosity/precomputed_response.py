@@ -236,6 +236,7 @@ class PrecomputedResponse:
         transport = self._transport
         parts = 3 + 2 * (transport.grids is not None)
         parts += (transport.cells is not None) + (transport.means is not None)
+        parts += transport.sun_sharpened is not None
         if self.lobes:
             parts += self.lobes.parts + 1
         return self._under_way.get(node, lambda: _UnderWay(parts=self._made(node), left=parts))
@@ -283,6 +284,9 @@ class PrecomputedResponse:
             if self.lobes:
                 chosen = self.lobes.cells
                 on_cells = self._sunlit.on_cells(transport.cells, chosen, node, asked, more)
+        if transport.sun_sharpened is not None:
+            yield
+            at_points = transport.sun_sharpened @ at_points
         if self.lobes:
             lobes = np.zeros(transport.gather.shape[0], dtype=np.float32)
             for first, light in self.lobes.at_points(sunlit, direction, on_cells):
@@ -290,9 +294,9 @@ class PrecomputedResponse:
                 at_points[first : first + len(light)] += light
                 if first == 0:
                     lobes += light.mean(axis=1)
-        if transport.cells is not None:
-            # Fewer rays tell what of a patch is dark than how much of it is seen.
-            np.maximum(at_points, 0.0, out=at_points)
+        # Fewer rays tell what of a patch is dark than how much of it is seen; and linear light that
+        # falls off to nothing within a triangle ends below it.
+        np.maximum(at_points, 0.0, out=at_points)
         if transport.means is not None:
             yield
             for _ in range(TIMES):

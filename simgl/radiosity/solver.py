@@ -249,7 +249,7 @@ def earth_share(matrix: GatherMatrix, cell_radiance: Array32 | None) -> Array32:
     share = seen @ bands
     share *= np.take(np.float32(1.0) / np.maximum(free, np.float32(1e-30)), matrix.sky_rays_row)
     share += one
-    share = np.take(share, matrix.rows)
+    share = np.take(matrix.at_points(share), matrix.rows)
     if matrix.between is not None:
         between = matrix.between
         lost = (between.sky_lost @ bands) / np.maximum(between.sky_rays @ bands, np.float32(1e-30))
@@ -265,7 +265,7 @@ def vertex_irradiance(
     exitance : (p, 4) of the patches, after all bounces
     more : (r, 4) what vertices get besides
     """
-    light: Array32 = np.take(matrix.gather @ exitance, matrix.rows, axis=0)
+    light: Array32 = np.take(matrix.at_points(matrix.gather @ exitance), matrix.rows, axis=0)
     if more is not None:
         light += more
     if matrix.between is not None:

@@ -46,7 +46,8 @@ def cells_seen(
     spun: bool,
     tick: Callable[[int], None],
 ) -> tuple[SeenCells, Mask]:
-    """The cells that gather points see, and (s,) which points are inside another part.
+    """The cells that gather points see, and (s, PLACES) which of their places are outside other
+    parts.
 
     chosen : (s,) which points; the rows of the others stay empty
     rays : of each point, a multiple of ``PLACES``
@@ -58,7 +59,7 @@ def cells_seen(
     faces = face_normals(mesh)[0].astype(np.float32)
     turns = frames(points.normals)
     turns = (turns @ spins(len(turns)) if spun else turns).astype(np.float32)
-    buried = np.zeros(len(chosen), dtype=np.bool_)
+    open_ = np.ones((len(chosen), PLACES), dtype=np.bool_)
     gap = GAP * mesh.radius
 
     def counted(part: IndexArray) -> _Part:
@@ -72,7 +73,7 @@ def cells_seen(
         near = mean_nearness(met // rays, distance + gap, len(part), rays)
         behind = np.einsum("ij,ij->i", faces.take(side, axis=0), directions) > 0.0
         if sides == 1:
-            share, buried[part] = _shares(met, behind, len(part), rays)
+            share, open_[part] = _shares(met, behind, len(part), rays)
         else:
             side += len(faces) * behind
             share = np.ones(len(met), dtype=np.float32)
@@ -90,7 +91,7 @@ def cells_seen(
 
     rows = np.flatnonzero(chosen)
     parts = in_turn(counted, rows, rays, tick)
-    return _together(parts, rows, (len(chosen), index.count)), buried
+    return _together(parts, rows, (len(chosen), index.count)), open_
 
 
 def _together(parts: list[_Part], rows: IndexArray, shape: tuple[int, int]) -> SeenCells:
@@ -122,8 +123,8 @@ def _first_of_each(number: IndexArray, count: int) -> IndexArray:
 
 def _shares(ray: IndexArray, behind: Mask, points: int, rays: int) -> tuple[Array32, Mask]:
     """(n,) what each ray that met a closed body counts: those of a place inside another part do not
-    count, and the others of its point stand for them, as in ``gather_points.cast``. Also of which
-    points (k,) no place is outside."""
+    count, and the others of its point stand for them, as in ``gather_points.cast``. Also which
+    places (k, PLACES) are outside."""
     place = ray // rays * PLACES + ray % PLACES
     inside = np.bincount(place[behind], minlength=points * PLACES)
     usable = inside <= BURIED * rays / PLACES
@@ -131,4 +132,4 @@ def _shares(ray: IndexArray, behind: Mask, points: int, rays: int) -> tuple[Arra
     each = np.repeat(PLACES / np.maximum(number, 1), PLACES)
     share: Array32 = np.where(usable, each, 0.0).astype(np.float32)[place]
     share[behind] = 0.0
-    return share, number == 0
+    return share, usable.reshape(-1, PLACES)

@@ -39,7 +39,7 @@ STEPS: dict[JointLight, float] = {"quick": np.radians(1.0), "exact": np.radians(
 # quick one, up to 50 MB if exact.
 MAX_BYTES = 512 << 20
 # Part of every key: with a change in how bakes are made or stored, old files are not read any more.
-VERSION = 14
+VERSION = 16
 
 _Bake = TypeVar("_Bake")
 _Part = TypeVar("_Part", PatchCells, LightGrids)
@@ -47,6 +47,8 @@ _Layout = TypeVar("_Layout", sparse.csr_matrix, sparse.csc_matrix)
 _NOT_WRITTEN = "light between surfaces is traced again next time"
 _JOINTED_ARRAYS = ("group_of_patch", "reach", "target")
 _MATRICES = ("form_factors", "sky", "gather", "sun_gather", "sky_part", "sky_rays")
+# Of the gather points of vertices and grids, of vertices alone, and of both.
+_OPTIONAL = ("means", "sharpened", "sun_sharpened")
 
 
 class TransportStore:
@@ -284,7 +286,7 @@ def _packed(transport: LightTransport) -> dict[str, Any]:
         value = getattr(transport, field.name)
         if field.name in ("cells", "grids"):
             data |= _packed_part(field.name, value)
-        elif field.name in (*_MATRICES, "means"):
+        elif field.name in (*_MATRICES, *_OPTIONAL):
             data |= {} if value is None else matrix_arrays(field.name, value)
         elif field.name == "mesh":
             arrays = {f.name: getattr(value, f.name) for f in fields(value)}
@@ -329,7 +331,11 @@ def _unpacked(data: dict[str, Any]) -> LightTransport:
         **plain,
         cells=_unpacked_part("cells", PatchCells, sparse.csr_matrix, data),
         grids=_unpacked_part("grids", LightGrids, sparse.csc_matrix, data),
-        means=_matrix(data, "means", sparse.csc_matrix) if "means.data" in data else None,
+        **{
+            name: _matrix(data, name, sparse.csc_matrix)
+            for name in _OPTIONAL
+            if f"{name}.data" in data
+        },
     )
     _check(transport)
     return transport
@@ -360,9 +366,12 @@ def _check(transport: LightTransport) -> None:
         right &= index.shape == shape and index.min() >= 0 and index.max() < count
     if transport.grids is not None:
         right &= _points_somewhere(transport.grids, transport)
-    if transport.means is not None:
-        transport.means.check_format(full_check=True)
-        right &= transport.means.shape == (_all_points(transport),) * 2
+    every = _all_points(transport)
+    for name, count in zip(_OPTIONAL, (every, points, every), strict=True):
+        matrix = getattr(transport, name)
+        if matrix is not None:
+            matrix.check_format(full_check=True)
+            right &= matrix.shape == (count, count)
     if transport.cells is not None:
         right &= _cells_somewhere(transport.cells, transport)
     if not right:

@@ -70,7 +70,7 @@ def test_what_is_made_in_parts_has_the_bits_of_what_is_made_at_once(
     direction = way(PACES[0], 1)[0]
     for node in nodes_of(direction):
         count = in_parts.parts_left(node)
-        assert count == 4 + 2 * (transport.grids is not None) + (transport.cells is not None)
+        assert count == 5 + 2 * (transport.grids is not None) + (transport.cells is not None)
         for left in range(count, 0, -1):
             assert in_parts.parts_left(node) == left
             in_parts.make_part(node)
