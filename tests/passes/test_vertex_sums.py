@@ -16,7 +16,7 @@ from simgl.radiosity.patch_light import PatchLight, UnsummedSunlight
 from simgl.radiosity.precomputed_response import GatheredSunlight
 from simgl.radiosity.solver import earth_share, vertex_irradiance
 from simgl.scene.materials import Material
-from tests.radiosity.metal_walls import BLACK, WALL, WIDE, baked
+from tests.radiosity.glossy_walls import BLACK, WALL, WIDE, baked
 from tests.radiosity.test_hidden_sunlight import MATT, SUN, plate_and_wall, sheet
 
 HALF_A_SHADE = sheet(0.4), 0.5 * SUN + [1.6, 0.6, 0.0]
