@@ -22,7 +22,10 @@ def table(gl: moderngl.Context) -> Table:
         rows.append(Row(case=case, truth=0.0, simgl=float(wrong), error=float(wrong), goal=0.0))
     return Table(
         title="Sunlight on sheets, rods and booms",
-        reference=f"64 rays to the Sun's disc from four places in each pixel, {_SUNS} Suns",
+        reference=(
+            "64 rays to the Sun's disc from four places in each pixel, from 144 where these leave doubt, "
+            f"{_SUNS} Suns"
+        ),
         quantity=f"wrong pixels of {_SUNS} images of 300 x 300",
         error="pixels, a quarter of the sunlight off all places in them and their neighbours",
         rows=rows,

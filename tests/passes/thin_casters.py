@@ -26,8 +26,10 @@ REFLECTANCE = 0.5
 GREEN = 174.7738123  # [W m-2] of the Sun in 500-600 nm
 # Of the Sun's disc [rad].
 RADIUS = np.radians(0.263)
-# Places within a pixel at which rays tell the truth.
+# Places within a pixel at which rays tell the truth, and those of pixels that these leave in doubt:
+# sunlight that comes through a gap may fall on a twentieth of a pixel.
 _PLACES = 0.5 + np.array([(-0.3, -0.1), (0.1, -0.3), (0.3, 0.1), (-0.1, 0.3)])
+_CLOSE_PLACES = (np.stack(np.meshgrid(*2 * [np.arange(12.0)]), axis=-1).reshape(-1, 2) + 0.5) / 12.0
 # Of the full sunlight: a sample, a fifth of a pixel, may lie past an edge that all places miss.
 _TOLERANCE = 0.25
 # Of a box, by its corners: x runs first, then y, then z.
@@ -101,20 +103,35 @@ def wrong_pixels(
     image = radiance(gl, scenario)[..., 1].astype(np.float64)
     drawn = image / (REFLECTANCE / np.pi * GREEN)
     traced = _Traced(scenario, sun, rays)
-    most = _neighbours(traced.cosine.max(axis=0), np.maximum)
-
-    def off(lit: Array) -> Mask:
-        low, high = (_neighbours(pick.reduce(lit), pick) for pick in (np.minimum, np.maximum))
-        return np.maximum(low - drawn, drawn - high) > _TOLERANCE * most
-
+    all_pixels = np.ones(drawn.shape, dtype=np.bool_)
+    first, *others = (traced.hits(place, all_pixels) for place in _PLACES)
+    most = _neighbours(np.max([hits.cosine for hits in (first, *others)], axis=0), np.maximum)
     compared = most > _LEAST_COSINE
-    lit = np.stack([traced.lit(0, np.ones(drawn.shape, dtype=np.bool_))] * len(_PLACES))
-    # What the first place of each pixel allows, all of them allow.
-    doubtful = off(lit) & compared
-    around = _neighbours(doubtful.astype(np.float64), np.maximum) > 0.0
-    for place in range(1, len(_PLACES)):
-        lit[place][around] = traced.lit(place, around)[around]
-    return off(lit) & doubtful, compared
+
+    low = traced.lit(first, all_pixels)
+    high = low.copy()
+
+    def doubtful() -> Mask:
+        least, largest = _neighbours(low, np.minimum), _neighbours(high, np.maximum)
+        return (np.maximum(least - drawn, drawn - largest) > _TOLERANCE * most) & compared
+
+    def around_doubtful() -> Mask:
+        return _neighbours(doubtful().astype(np.float64), np.maximum) > 0.0
+
+    def allow(hits: _Hits, where: Mask) -> None:
+        lit = traced.lit(hits, where)[where]
+        low[where] = np.minimum(low[where], lit)
+        high[where] = np.maximum(high[where], lit)
+
+    # What the first places of each pixel allow, all of them allow.
+    around = around_doubtful()
+    for hits in others:
+        allow(hits, around)
+    around = around_doubtful()
+    if around.any():
+        for place in _CLOSE_PLACES:
+            allow(traced.hits(place, around), around)
+    return doubtful(), compared
 
 
 def _neighbours(image: Array, pick: np.ufunc) -> Array:
@@ -126,33 +143,43 @@ def _neighbours(image: Array, pick: np.ufunc) -> Array:
     return image
 
 
-class _Traced:
-    """What rays say of an image.
+@dataclass(frozen=True)
+class _Hits:
+    """Where rays through one place of each pixel end.
 
-    cosine : (places, h, w) of incidence of sunlight
+    points, normals : (h * w, 3); NaN in pixels that are not asked for or see space
+    cosine : (h, w) of incidence of sunlight; 0 there, and where a surface faces away
     """
+
+    points: Array
+    normals: Array
+    cosine: Array
+
+
+class _Traced:
+    """What rays say of an image."""
 
     def __init__(self, scenario: Scenario, sun: Array, rays: int) -> None:
         self._state, self._sun, self._rays = scenario.at(scenario.epoch_tai_ns), sun, rays
-        one = self._state.cameras["cam"]
-        width, height = one.camera.detector.width, one.camera.detector.height
-        x, y = np.meshgrid(np.arange(width), np.arange(height))
-        pixels = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)])
-        self._hits, cosines = [], []
-        for place in _PLACES:
-            at = pixels + np.array([[place[0]], [place[1]], [1.0]])
-            ways = np.linalg.solve(one.camera.intrinsics, at).T @ one.R_camera_from_icrf
-            self._hits.append(_first_hits(self._state, one.position, ways))
-            # Space beyond is dark, as is what faces away.
-            cosines.append(np.maximum(np.nan_to_num(self._hits[-1][1] @ sun), 0.0))
-        self.cosine = np.reshape(cosines, (len(_PLACES), height, width))
 
-    def lit(self, place: int, where: Mask) -> Array:
+    def hits(self, place: Array, where: Mask) -> _Hits:
+        """Of rays through a place of the pixels that are asked for."""
+        one = self._state.cameras["cam"]
+        y, x = np.nonzero(where)
+        at = np.stack([x + place[0], y + place[1], np.ones(x.size)])
+        ways = np.linalg.solve(one.camera.intrinsics, at).T @ one.R_camera_from_icrf
+        points, normals = (np.full((where.size, 3), np.nan) for _ in range(2))
+        chosen = where.ravel()
+        points[chosen], normals[chosen] = _first_hits(self._state, one.position, ways)
+        cosine = np.maximum(np.nan_to_num(normals @ self._sun), 0.0).reshape(where.shape)
+        return _Hits(points, normals, cosine)
+
+    def lit(self, hits: _Hits, where: Mask) -> Array:
         """(h, w) cosine of incidence times visible share of the disc; 0 in other pixels."""
         lit, chosen = np.zeros(where.shape), where.ravel()
-        points, normals = (a[chosen] for a in self._hits[place])
+        points, normals = hits.points[chosen], hits.normals[chosen]
         lit[where] = _disc_shares(self._state, points, normals, self._sun, self._rays)
-        return lit * self.cosine[place]
+        return lit * hits.cosine
 
 
 def _first_hits(state: SceneState, origin: Array, ways: Array) -> tuple[Array, Array]:
