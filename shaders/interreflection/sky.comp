@@ -16,5 +16,5 @@ void main() {
     for (uint k = starts[i]; k < starts[i + 1]; ++k) {
         seen += uintBitsToFloat(entries[k].y) * cells[entries[k].x];
     }
-    share[i] = clamp(complement[i] + seen * free[rows[i]], 0.0, 1.0);
+    share[i] = complement[i] + seen * free[rows[i]];
 }

@@ -26,7 +26,7 @@ void main() {
     }
     uint point = points[row];
     vec4 irradiance = light[point];
-    float seen = share[point];
+    float seen = clamp(share[point], 0.0, 1.0);
 #ifdef SUNLIT
     irradiance += left[point] * sunlight_at(row);
 #endif

@@ -56,6 +56,7 @@ class _Gathering:
         self.points, self.rows = matrix.gather.shape[0], len(matrix.rows)
         self.patches = _sparse(ctx, matrix.gather)
         self.sky = _sparse(ctx, seen)
+        self.sharpened = None if matrix.sharpened is None else _sparse(ctx, matrix.sharpened)
         self.point_of_row = _buffer(ctx, matrix.rows.astype(np.uint32))
         self.sky_row = _buffer(ctx, matrix.sky_rays_row.astype(np.uint32))
         self.complement = _buffer(ctx, complement)
@@ -68,8 +69,9 @@ class _Gathering:
     @property
     def _buffers(self) -> list[moderngl.Buffer]:
         corners = [] if self.corners is None else [self.corners]
+        sharpened = () if self.sharpened is None else self.sharpened
         others = self.point_of_row, self.sky_row, self.complement, self.no_sky
-        return [*self.patches, *self.sky, *others, *corners]
+        return [*self.patches, *self.sky, *sharpened, *others, *corners]
 
     @property
     def nbytes(self) -> int:
@@ -110,6 +112,8 @@ class VertexSums:
         )
         light, left = self._at_points(of_body, inputs)
         share = self._sky_share(of_body, inputs)
+        if of_body.sharpened is not None:
+            light, share = self._sharpened(of_body, of_body.sharpened, light, share)
         tables, amounts, first_node = self._sunlight(inputs.sunlight)
         sunlit = [] if inputs.sunlight is None else ["SUNLIT"]
         near, others = self._near(inputs)
@@ -169,6 +173,23 @@ class VertexSums:
             _grid(of_body.points), buffers, points=of_body.points
         )
         return share
+
+    def _sharpened(
+        self,
+        of_body: _Gathering,
+        matrix: tuple[moderngl.Buffer, moderngl.Buffer],
+        light: moderngl.Buffer,
+        share: moderngl.Buffer,
+    ) -> tuple[moderngl.Buffer, moderngl.Buffer]:
+        """Irradiance and share of the sky at gather points, of what their rays found."""
+        sharp_light = self._reserved("sharp light", 16 * of_body.points)
+        sharp_share = self._reserved("sharp share", 4 * of_body.points)
+        self._program("sharpen", (), ("points",)).run(
+            _grid(of_body.points),
+            (*matrix, light, share, sharp_light, sharp_share),
+            points=of_body.points,
+        )
+        return sharp_light, sharp_share
 
     def _sunlight(
         self, sunlight: UnsummedSunlight | None

@@ -180,7 +180,7 @@ def test_events_of_what_there_is_not(scenario: Scenario) -> None:
 
     def found(*, kind: Any = entry, camera: str = "c", target: str = "ball", **times: Any) -> Any:
         span = {"start_ns": now, "stop_ns": now + 10**12, "step_ns": 10**11} | times
-        return simgl.events(ball, kind, camera, target, **span)
+        return simgl.event_epochs(ball, kind, camera, target, **span)
 
     assert found() == []
     for wrong in ({"kind": "dusk"}, {"step_ns": 0}, {"step_ns": 1e11}, {"stop_ns": now - 1}):
