@@ -9,7 +9,7 @@
 // SOFT: between a pixel and its neighbours samples belong to both, by a ramp: a pixel is a square
 // convolved with a square of the ramp's width, which each band has of its own.
 // BY_SAMPLES: then each sample near an edge has its own share in a pixel, else a cell has.
-// WIDE_PAGES: some pages are wide.
+// WIDE_PAGES: some pages may be wide.
 // EDGES: then a pixel is divided along the line that a surface ends at, and samples tell what is on
 // either side.
 #include "block/resolve"

@@ -148,7 +148,7 @@ class GBufferPass:
             point_groups=point_groups,
             entries=entries,
             bare=of_block >= BARE,
-            has_wide=wide is not None,
+            wide_pages=even is not None,
             of_one=len(spacecraft) == 1 and not by_rays,
             page_entries=page_entries,
             block_pages=self._block_pages.written(first),

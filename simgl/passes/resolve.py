@@ -117,7 +117,7 @@ class ResolvePass:
         defines = [] if tile.window is None else ["WINDOW"]
         if how is self.adds:
             defines.append("SEPARATE")
-        if points.has_wide:
+        if points.wide_pages:
             defines.append("WIDE_PAGES")
         if ramps != SHARP:
             defines.append("SOFT")

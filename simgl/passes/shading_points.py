@@ -133,7 +133,7 @@ class ShadingPoints:
     point_groups : R32UI, of each point the samples of its group, 0 where there is none
     entries : (rows of squares, ENTRIES) of ``page_table``
     bare : (rows, columns) of the blocks of cells, whether a sample there sees nothing
-    has_wide : whether some pages are wide
+    wide_pages : whether some pages may be wide
     of_one : whether all are looked up for one spacecraft, and none is read on the CPU
     page_entries, block_pages : R32UI, the same, and the first page of each block
     textures : in the order of the targets of shaders/gbuffer/gbuffer.frag, RGBA32F
@@ -150,7 +150,7 @@ class ShadingPoints:
     point_groups: moderngl.Texture
     entries: AnyArray
     bare: Mask
-    has_wide: bool
+    wide_pages: bool
     of_one: bool
     page_entries: moderngl.Texture
     block_pages: moderngl.Texture
