@@ -40,12 +40,12 @@ class SkyRenderer:
         """
         if (known := self._skies.find(view.key)) is not None:
             return lambda: self._skies.get(view.key, lambda: known)
-        drawn = self._in_parts if view.texels == LIMB_TEXELS else self._whole
+        drawn = self._in_parts if view.texels == LIMB_TEXELS else self._complete
         made = drawn(view, place)
         begin_draws(self._ctx)
         return lambda: self._skies.get(view.key, lambda: _with_moon(view, made()))
 
-    def _whole(self, view: SkyView, place: int) -> Callable[[], Array32]:
+    def _complete(self, view: SkyView, place: int) -> Callable[[], Array32]:
         target = self._target(view.texels, place)
         self._planet.draw_sky(view, view.texels, target.framebuffer)
         return lambda: _read_back(target)

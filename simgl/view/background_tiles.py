@@ -29,8 +29,8 @@ _SUN_CHANGE = 0.09
 # Cosine that light takes to fall by e at the terminator.
 _TWILIGHT = 0.026
 # Where the Sun stands lower than both, sines, a sky whose lit part is narrow has so little of its
-# light that coarse texels change irradiance and lobes by 2e-4: where the air is dark, and so far
-# below the highest.
+# light that coarse texels change irradiance and lobes by less than 1e-3: where the air is dark, and
+# so far below the highest.
 _DARK, _FADED = -0.1, 0.15
 # Where the noise of two faces of its cube is mixed, as in shaders/planet/chart.glsl; and how far
 # off the place that is seen the clouds before it and before the Sun may lie, in their heights.

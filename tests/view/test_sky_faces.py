@@ -16,18 +16,29 @@ from simgl.lru_cache import HashedOnce
 from simgl.simulator import Simulator
 from simgl.view.background import LIMB_TEXELS, sky_view
 from simgl.view.background_tiles import TILE, ground_tiles
-from tests.passes.earth_light_scenes import EARTH, PLACE, R, before, facing, sun_at
+from tests.passes import earth_light_scenes
+from tests.passes.earth_light_scenes import EARTH, UP, R, before, facing, sun_at
 from tests.scenes import Table, lambert
 
 BALL = {"sphere": {"radius_m": 1.0, "material": lambert(1.0)}}
 AIRY = {**EARTH, "atmosphere": "source"}
 
 
-@pytest.mark.parametrize("zenith_deg", [99.5, 102.0, 104.0, 107.0])
-def test_all_sunlit_ground_lies_in_fine_tiles(zenith_deg: float) -> None:
-    """Seen from 400 km, whose horizon is 19.8 deg away, under a Sun 9 to 17 deg below nadir's."""
+@pytest.mark.parametrize(
+    ("altitude", "zenith_deg"),
+    [
+        *((2e5, 100.0), (4e5, 99.5), (4e5, 102.0), (4e5, 104.0), (4e5, 107.0), (2e6, 120.0)),
+        *((3.6e7, 110.0), (3.6e7, 130.0), (3.6e7, 165.0), (3.8e8, 100.0), (3.8e8, 140.0)),
+    ],
+)
+def test_all_sunlit_ground_lies_in_fine_tiles(
+    monkeypatch: pytest.MonkeyPatch, altitude: float, zenith_deg: float
+) -> None:
+    """From low orbits to the distance of the Moon, of an Earth without air."""
+    seen_from = (R + altitude) * UP
+    monkeypatch.setattr(earth_light_scenes, "PLACE", seen_from)
     in_body = cube_directions(LIMB_TEXELS).reshape(-1, 3)
-    for seed in range(6):
+    for seed in range(8):
         turn = Rotation.random(random_state=seed)
         scenario = before(BALL, turn, facing(0.0, 0.0), zenith_deg, earth=EARTH)
         state = scenario.at(scenario.epoch_tai_ns)
@@ -42,10 +53,10 @@ def test_all_sunlit_ground_lies_in_fine_tiles(zenith_deg: float) -> None:
         tiles = ground_tiles(first, turns, intrinsics, size).in_light_of(first.sun_direction_itrf)
         fine[list(planets)] = tiles.brightest
         seen = turn.apply(in_body)
-        along = seen @ PLACE
-        root = along**2 - PLACE @ PLACE + R**2
+        along = seen @ seen_from
+        root = along**2 - seen_from @ seen_from + R**2
         hits = (root > 0.0) & (along < 0.0)
-        place = PLACE + (-along - np.sqrt(np.maximum(root, 0.0)))[:, None] * seen
+        place = seen_from + (-along - np.sqrt(np.maximum(root, 0.0)))[:, None] * seen
         sunlit = hits & (place @ np.array(sun_at(zenith_deg)) > 0.0)
         assert sunlit.any()
         of_texels = fine.repeat(TILE, axis=1).repeat(TILE, axis=2).ravel()
