@@ -20,14 +20,14 @@ too: with m odd the six axes are points of the map, and bilinear interpolation i
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
 from scipy.sparse import csc_array, csr_array
 
-from simgl.arrays import Array, Array32, IndexArray
+from simgl.arrays import Array, Array32, IndexArray, Mask
 from simgl.disk_cache import Arrays, computed_once
 from simgl.sparse_arrays import matrix_arrays, matrix_of
 
@@ -118,18 +118,19 @@ def cube_cell(directions: Array, n: int) -> IndexArray:
     return cell.reshape(directions.shape[:-1])
 
 
-def draw_faces_out(radiance: Array32, texels: Sequence[int]) -> None:
-    """Make whole, in place, radiance (6, n, n, 4) of which each face fills its first rows and
-    columns.
+def fill_between(radiance: Array32, tiles: Mask, coarse: Array32) -> None:
+    """Make whole, in place, radiance (6, n, n, 4) of which some tiles are known.
 
-    texels : rows and columns of each face, n or a whole part of it
+    tiles : (6, t, t) those that are, t along an edge of a face
+    coarse : (6, k, k, 4) radiance for the others, n a multiple of k
     """
-    n = radiance.shape[1]
-    for face, edge in zip(radiance, texels, strict=True):
-        if edge < n:
-            each = n // edge
-            coarse = face[:edge, :edge].copy()
-            face.reshape(edge, each, edge, each, 4)[...] = coarse[:, None, :, None]
+    n, edge, across = radiance.shape[1], coarse.shape[1], tiles.shape[1]
+    tiled = radiance.reshape(6, across, n // across, across, n // across, 4)
+    face, row, column = np.nonzero(tiles)
+    known = tiled[face, row, :, column]
+    spread = radiance.reshape(6, edge, n // edge, edge, n // edge, 4)
+    spread[...] = coarse[:, :, None, :, None]
+    tiled[face, row, :, column] = known
 
 
 def add_small_light(radiance: Array32, direction: Array32, irradiance: Array32) -> None:

@@ -6,7 +6,6 @@ A pinhole's axes: z boresight, x along columns, y along rows.
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
-from functools import cache
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -17,7 +16,7 @@ from simgl.environment_map import DOWN, FORWARD, RIGHT
 from simgl.errors import ConfigError
 from simgl.lru_cache import HashedOnce
 from simgl.physics.air_profile import AIR_TOP
-from simgl.physics.frames import cross, norm, unit
+from simgl.physics.frames import norm
 from simgl.physics.lunar_model import moonlight
 from simgl.physics.spectrum import Bands
 from simgl.scene.earth import Earth
@@ -27,19 +26,16 @@ from simgl.scene.state import BodyState, CameraState, EarthState, SceneState, Su
 from simgl.view.celestial import CelestialView, EarthCone, ImageCone, celestial
 
 # Texels along an edge of a sky's faces: under a high Sun and in the dark; where the terminator may
-# be all that is lit; of faces that see it along the limb, in texels that a part of the Earth fills.
-# At the terminator, what the Sun's disc sends past it onto a plate that looks away, 3e-7 of full
-# daylight, comes out within 5 %; the light of a Lambertian Earth along the limb within 1 % or
-# 0.0015 W m-2.
+# be all that is lit; where it lies along the limb, of tiles that hold nearly all light, while the
+# others have those of the dark. At the terminator, what the Sun's disc sends past it onto a plate
+# that looks away, 3e-7 of full daylight, comes out within 5 %; the light of a Lambertian Earth
+# along the limb within 1 % or 0.0015 W m-2.
 SKY_TEXELS, TERMINATOR_TEXELS, LIMB_TEXELS = 64, 128, 256
 # From the horizontal, of a Sun that is high, and, past the limb, of one that leaves even high air
 # dark [rad].
 _HIGH_SUN, _TWILIGHT = np.radians(5.0), np.radians(10.0)
 # Little but the limb is lit where the terminator is seen so close to it [rad].
 _NARROW_STRIP = np.radians(5.8)
-# Ground and air are lit along the limb, seen from the dark, at angles inside and outside it [rad]
-# and at so many places around the Earth.
-_LIT_BAND, _LIT_PLACES = np.radians([-25.0, -15.0, -7.0, 0.0, 4.0]), 90
 # Spacecraft see the same sky where the ground lies in directions this close [rad].
 _SAME_SKY = 1e-4
 
@@ -131,22 +127,17 @@ class SkyView:
 
     faces : six pinholes at the spacecraft whose sky it is, in its body axes; in the order of
         ``simgl.environment_map``
-    face_texels : along an edge of each
+    texels : along an edge of each, where it is drawn finest
     R_sky_from_body : (3, 3) to those axes from the body axes of the spacecraft that sees it
     moon : None where the Moon gives no light, or is the main light and so no part of the sky
     key : equal keys mean equal faces and Moons: what these are made of
     """
 
     faces: tuple[Background, ...]
-    face_texels: tuple[int, ...]
+    texels: int
     R_sky_from_body: Array
     moon: MoonInSky | None
     key: HashedOnce
-
-    @property
-    def texels(self) -> int:
-        """Along an edge of the finest face."""
-        return max(self.face_texels)
 
     def with_edge(self, texels: int) -> tuple[Background, ...]:
         """The faces with so many texels along an edge."""
@@ -205,32 +196,27 @@ def _sky_around(
     """What a spacecraft sees that looks along its own axes; earth : from its place."""
     R_body_from_icrf = owner.pose.R_icrf_from_body.T
     seen = state.sun.seen_from(owner.pose.position)
-    face_texels = _face_texels(earth, seen.direction_icrf, R_body_from_icrf)
+    texels = _sky_texels(earth.view)
     moonlit = replace(earth.view, moonlight=_moonlight(state, about))
     earth = replace(earth, view=moonlit)
 
-    @cache
-    def of_size(texels: int) -> tuple[Array32, ImageCone, CelestialView | None]:
-        half = 0.5 * texels
-        cone = ImageCone(float(np.arctan(np.sqrt(2.0))), 1.0 / half)
-        stars = None if state.stars is None else _even_sky(half, state.stars, state.bands)
-        return _float32(_of_face(half)), cone, stars
-
-    def face(axes: Array, texels: int) -> Background:
-        intrinsics, cone, stars = of_size(texels)
-        return _background(intrinsics, axes @ R_body_from_icrf, cone, seen, earth, stars)
-
+    half = 0.5 * texels
+    intrinsics = _float32(_of_face(half))
+    cone = ImageCone(float(np.arctan(np.sqrt(2.0))), 1.0 / half)
+    stars = None if state.stars is None else _even_sky(half, state.stars, state.bands)
     axes = np.stack([RIGHT, DOWN, FORWARD], axis=1)
-    faces = tuple(face(one, texels) for one, texels in zip(axes, face_texels, strict=True))
+    faces = tuple(
+        _background(intrinsics, one @ R_body_from_icrf, cone, seen, earth, stars) for one in axes
+    )
     moon = _moon_in_sky(state, owner)
     turned = earth.sphere_from_icrf.tobytes(), R_body_from_icrf.tobytes()
     shared = replace(faces[0], planet=earth.view)
     return SkyView(
         faces=faces,
-        face_texels=face_texels,
+        texels=texels,
         R_sky_from_body=np.eye(3),
         moon=moon,
-        key=HashedOnce((face_texels, *turned, *_key(shared), *(_key(moon) if moon else ()))),
+        key=HashedOnce((texels, *turned, *_key(shared), *(_key(moon) if moon else ()))),
     )
 
 
@@ -270,31 +256,6 @@ def _first_within(state: SceneState, body: BodyState, reach: float) -> BodyState
         for other in state.bodies.values()
         if other is body or norm(other.pose.position - place) < reach
     )
-
-
-def _face_texels(earth: _EarthFrom, sun_icrf: Array, R_body_from_icrf: Array) -> tuple[int, ...]:
-    """Along the edges of a sky's faces, by what the Sun lights of the Earth that each sees."""
-    texels = _sky_texels(earth.view)
-    if texels < LIMB_TEXELS:
-        return (texels,) * len(FORWARD)
-    lit = _lit_limb(earth, sun_icrf) @ R_body_from_icrf.T @ FORWARD.T
-    # Within 45 deg along both edges, and some more.
-    sees = np.any(lit > 0.9 * lit.max(axis=1, keepdims=True), axis=0)
-    return tuple(LIMB_TEXELS if one else SKY_TEXELS for one in sees.tolist())
-
-
-def _lit_limb(earth: _EarthFrom, sun_icrf: Array) -> Array:
-    """(n, 3) directions, ICRF, to where the Sun lights the limb, or air over it."""
-    down = earth.direction_icrf
-    side = unit(cross(down, np.eye(3)[int(np.argmin(np.abs(down)))]))
-    turn = np.linspace(0.0, 2.0 * np.pi, _LIT_PLACES, endpoint=False)
-    around = np.cos(turn)[:, None] * side + np.sin(turn)[:, None] * cross(down, side)
-    limb = earth.within
-    # Vertical at the limb: at right angles to the line of sight.
-    vertical = np.cos(limb) * around - np.sin(limb) * down
-    around = around[vertical @ sun_icrf > -np.sin(_TWILIGHT)]
-    angle = limb + _LIT_BAND[:, None, None]
-    return (np.cos(angle) * down + np.sin(angle) * around).reshape(-1, 3)
 
 
 def _sky_texels(planet: PlanetView) -> int:

@@ -28,6 +28,10 @@ _LONGITUDE_CHANGE = 0.05
 _SUN_CHANGE = 0.09
 # Cosine that light takes to fall by e at the terminator.
 _TWILIGHT = 0.026
+# Where the Sun stands lower than both, sines, a sky whose lit part is narrow has so little of its
+# light that coarse texels change irradiance and lobes by less than 1e-3: where the air is dark, and
+# so far below the highest.
+_DARK, _FADED = -0.1, 0.15
 # Where the noise of two faces of its cube is mixed, as in shaders/planet/chart.glsl; and how far
 # off the place that is seen the clouds before it and before the Sun may lie, in their heights.
 _CHART_SEAM, _CLOUD_REACH = 0.02, 10.0
@@ -66,6 +70,12 @@ class BackgroundTiles:
     def any(self) -> Mask:
         """Tiles with ground or air on them."""
         return self.even | self.finer | self.ground | self.air
+
+    @property
+    def brightest(self) -> Mask:
+        """Tiles that hold nearly all of the Sun's light, where little of the Earth is lit."""
+        highest = float(self.high[self.any].max(initial=-1.0))
+        return self.any & (self.high > min(_DARK, highest - _FADED))
 
     def within(self, mask: Mask) -> BackgroundTiles:
         """Those of a mask."""

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import moderngl
+import numpy as np
 
 from simgl.arrays import Mask
 from simgl.gpu.context import is_software
@@ -64,6 +65,7 @@ from simgl.scene.earth import Earth
 from simgl.scene.noise_projection import LEVELS
 from simgl.view.background import Background, PlanetView, SkyView
 from simgl.view.background_tiles import (
+    TILE,
     BackgroundTiles,
     GroundTiles,
     ground_tiles,
@@ -146,25 +148,35 @@ class PlanetPass:
         if planned.background.celestial is None:
             planned.target.clear(0.0, 0.0, 0.0, 0.0, viewport=planned.area)
 
-    def draw_sky(self, sky: SkyView, target: moderngl.Framebuffer) -> None:
+    def draw_sky(
+        self,
+        sky: SkyView,
+        texels: int,
+        target: moderngl.Framebuffer,
+        *,
+        brightest: bool = False,
+    ) -> Mask:
         """Fill squares one below another with what the faces of a sky show [W m-2 sr-1].
 
-        A face of fewer texels fills the first rows and columns of its square.
+        texels : along an edge of each
+        brightest : only tiles that hold nearly all of its light; the others are undefined
+
+        returns : (6, rows, columns) tiles with anything of the Earth that are drawn
         """
         beyond, everything = sky.faces[0].celestial, (0, 0, *target.size)
         light = (0.0, 0.0, 0.0, 0.0) if beyond is None else beyond.radiance
         target.clear(*light, viewport=everything)
-        for edge in sorted(set(sky.face_texels)):
-            rows = [
-                row
-                for row, face in enumerate(sky.faces)
-                if sky.face_texels[row] == edge and face.planet is not None
-            ]
-            planets = [planet for row in rows if (planet := sky.faces[row].planet) is not None]
-            if planets:
-                areas = [(0, row * sky.texels, edge, edge) for row in rows]
-                sunlit = self._sunlit(sky.faces[rows[0]], planets, target, areas)
-                self._draw_earths(self._planned(sunlit))
+        faces = sky.with_edge(texels)
+        drawn = np.zeros((len(faces), *[-(-texels // TILE)] * 2), dtype=bool)
+        rows = [row for row, face in enumerate(faces) if face.planet is not None]
+        planets = [face.planet for face in faces if face.planet is not None]
+        if planets:
+            areas = [(0, row * texels, texels, texels) for row in rows]
+            lit = self._sunlit(faces[rows[0]], planets, target, areas)
+            planned = self._planned(lit, brightest=brightest)
+            self._draw_earths(planned)
+            drawn[rows] = planned.sunlit.tiles.any
+        return drawn
 
     def _over(self, background: Background) -> State:
         return self.state if background.celestial is None else self.before
@@ -193,12 +205,20 @@ class PlanetPass:
         intrinsics, size = lit.background.intrinsics, lit.areas[0][2:]
         return ground_tiles(lit.planet, lit.turns, intrinsics, size, cells, noise=not lit.far)
 
-    def _planned(self, sunlit: LitEarth, hidden: Mask | None = None) -> PlannedEarth:
-        """hidden : tiles of which nothing is seen in any of the images"""
+    def _planned(
+        self, sunlit: LitEarth, hidden: Mask | None = None, *, brightest: bool = False
+    ) -> PlannedEarth:
+        """What of some images is drawn.
+
+        hidden : tiles of which nothing is seen in any of them
+        brightest : only those tiles
+        """
         ground = self._ground(sunlit)
         tiles = ground.in_light_of(sunlit.planet.sun_direction_itrf)
         if hidden is not None:
             tiles = tiles.within(~hidden)
+        if brightest:
+            tiles = tiles.within(tiles.brightest)
         return PlannedEarth(ground=ground, sunlit=self._planned_light(sunlit, tiles, lamps=True))
 
     def _draw_earths(self, planned: PlannedEarth) -> None:
