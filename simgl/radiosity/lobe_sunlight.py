@@ -16,7 +16,7 @@ from scipy import sparse
 
 from simgl.arrays import Array, Array32, IndexArray, Mask
 from simgl.radiosity.gather_points import unit_rows
-from simgl.radiosity.glossy_places import GlossyPlaces, PlacePairs, above
+from simgl.radiosity.glossy_places import GlossyPlaces, PlacePairs, SomePairs, above
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.near_means import gather_places
 from simgl.radiosity.reflection_laws import ReflectionLaws, lobe_towards, lost_by_widening
@@ -266,32 +266,46 @@ class LobeSunlight:
 
     def _sent(self, pairs: PlacePairs, light: _LightOfPlaces) -> Array32:
         """(r, 4) what receivers get of lobes [W m-2]."""
-        number = np.diff(pairs.first)[light.places]
-        ends = np.append(0, np.cumsum(number))
-        # Pairs of these places one after the other, and the row of the light of each.
-        chosen = np.arange(ends[-1]) + np.repeat(pairs.first[light.places] - ends[:-1], number)
-        of_pair = np.repeat(light.row, number)
-        # Weights of what is sent, and who gets it.
-        weights = np.empty((3, len(chosen)), dtype=np.float32)
-        receiver = np.empty(len(chosen), dtype=np.int32)
-        for first in range(0, len(chosen), _AT_ONCE):
-            part = slice(first, first + _AT_ONCE)
-            row, seen = of_pair[part], pairs.of(chosen[part])
-            turn = light.direction[0].take(row) * seen.x
-            turn += light.direction[1].take(row) * seen.y
-            turn += light.direction[2].take(row) * seen.z
-            alpha2 = seen.alpha2
-            if light.spread2 is not None:
-                alpha2 = np.minimum(alpha2 + light.spread2.take(row), np.float32(1.0))
-            lobe, schlick = lobe_towards(alpha2, light.facing.take(row), seen.lean, turn)
-            lobe *= seen.share
-            grazing = np.multiply(schlick, lobe, out=weights[0, part])
-            lobe -= grazing
-            np.multiply(lobe, seen.more, out=weights[2, part])
-            lobe += grazing * seen.more
-            weights[1, part], receiver[part] = lobe, seen.receiver
+        first = pairs.first[light.places]
+        number = pairs.first[light.places + 1] - first
+        ends = np.zeros(len(number) + 1, dtype=np.int64)
+        np.cumsum(number, out=ends[1:])
+        # Weights of what is sent, and who gets it: pairs of these places one after the other.
+        weights = np.empty((3, int(ends[-1])), dtype=np.float32)
+        receiver = np.empty(int(ends[-1]), dtype=np.int32)
+        starts = np.searchsorted(ends, np.arange(0, int(ends[-1]), _AT_ONCE))
+        for start, end in pairwise(np.unique([*starts.tolist(), len(number)]).tolist()):
+            each, part = number[start:end], slice(int(ends[start]), int(ends[end]))
+            chosen = np.repeat(first[start:end] - ends[start:end], each)
+            chosen += np.arange(part.start, part.stop)
+            row = np.repeat(light.row[start:end], each)
+            receiver[part] = _weights(pairs.of(chosen), light, row, weights[:, part])
+        # One matrix whose entries change: the numbers of rows are checked once.
         shape, light_sent = (pairs.count, len(number)), np.zeros((pairs.count, 4), np.float32)
+        matrix = sparse.csc_matrix((weights[0], receiver, ends), shape=shape)
         for weight, sent in zip(weights, light.sent, strict=True):
-            matrix = sparse.csc_matrix((weight, receiver, ends), shape=shape)
-            light_sent += matrix @ sent[light.row]
+            matrix.data = weight
+            light_sent += matrix @ sent.take(light.row, axis=0)
         return light_sent
+
+
+def _weights(pairs: SomePairs, light: _LightOfPlaces, row: IndexArray, weights: Array32) -> Array32:
+    """(n,) the receivers of some pairs.
+
+    row : (n,) the light of each
+    weights : (3, n) gets their shares of what is ``sent``
+    """
+    turn = light.direction[0].take(row) * pairs.x
+    turn += light.direction[1].take(row) * pairs.y
+    turn += light.direction[2].take(row) * pairs.z
+    alpha2 = pairs.alpha2
+    if light.spread2 is not None:
+        alpha2 = np.minimum(alpha2 + light.spread2.take(row), np.float32(1.0))
+    lobe, schlick = lobe_towards(alpha2, light.facing.take(row), pairs.lean, turn)
+    lobe *= pairs.share
+    grazing = np.multiply(schlick, lobe, out=weights[0])
+    lobe -= grazing
+    np.multiply(lobe, pairs.more, out=weights[2])
+    lobe += grazing * pairs.more
+    weights[1] = lobe
+    return pairs.receiver

@@ -102,17 +102,37 @@ def lobe_towards(
 
     light, viewer : (n,) cosines of their directions to the normal; turn : (n,) to each other
     """
+    # In place where that can be: room for more arrays costs as much as what is worked out in it.
     # The half vector's squared length, and its cosines to the normal and to both ways.
-    length2 = np.maximum(2.0 + 2.0 * turn, np.float32(1e-6))
-    NoH2 = np.minimum((light + viewer) ** 2 / length2, 1.0)
-    past = 1.0 - 0.5 * np.sqrt(length2)
+    length2 = 2.0 * turn
+    length2 += 2.0
+    np.maximum(length2, np.float32(1e-6), out=length2)
+    NoH2 = light + viewer
+    NoH2 *= NoH2
+    NoH2 /= length2
+    np.minimum(NoH2, 1.0, out=NoH2)
+    past = np.sqrt(length2, out=length2)
+    past *= -0.5
+    past += 1.0
     schlick = past * past
-    schlick = schlick * schlick * past
-    spread = NoH2 * (alpha2 - 1.0) + 1.0
+    schlick *= schlick
+    schlick *= past
+    spread = np.multiply(NoH2, alpha2 - 1.0, out=NoH2)
+    spread += 1.0
+    spread *= spread
     rest = 1.0 - alpha2
-    masked = viewer * np.sqrt(light * light * rest + alpha2)
-    masked += light * np.sqrt(viewer * viewer * rest + alpha2)
-    return 0.5 * alpha2 / (spread * spread * masked), schlick
+    spread *= _masked(light, viewer, rest, alpha2) + _masked(viewer, light, rest, alpha2)
+    return np.divide(0.5 * alpha2, spread, out=spread), schlick
+
+
+def _masked(one: Array32, other: Array32, rest: Array32, alpha2: Array32) -> Array32:
+    """(n,) the other cosine times the root of alpha2 + (1 - alpha2) cosine^2."""
+    masked = one * one
+    masked *= rest
+    masked += alpha2
+    np.sqrt(masked, out=masked)
+    masked *= other
+    return masked
 
 
 def reflection_laws(materials: Sequence[Material]) -> ReflectionLaws:
