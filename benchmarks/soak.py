@@ -39,7 +39,7 @@ from simgl import Product, Simulator, load_scenario
 from simgl.camera.presets import preset_path
 from simgl.errors import SimglError
 from simgl.gpu.context import current
-from simgl.renderer import Renderer
+from simgl.rendering.renderer import Renderer
 from simgl.scenario.loader import scenario_from_dict
 from simgl.scenario.scenario import Scenario
 from tests.watched_context import WatchedContext

@@ -12,9 +12,7 @@ import moderngl
 import numpy as np
 
 from simgl.camera.camera import Camera
-from simgl.camera_pipeline import CameraPipeline
 from simgl.errors import ConfigError, did_you_mean
-from simgl.first_image import prepare_first_image
 from simgl.flash_lidar import lidar_frame
 from simgl.garbage_collection import collect_again, leave_out_of_collections
 from simgl.gpu.context import close_context, current, is_closed, open_context, preserve_current
@@ -38,14 +36,16 @@ from simgl.products import Product as Product
 from simgl.products import check_products
 from simgl.products import products_of as products_of
 from simgl.progress import ProgressCallback, begin_stage
-from simgl.renderer import Renderer
+from simgl.rendering.camera_pipeline import CameraPipeline
+from simgl.rendering.first_image import prepare_first_image
+from simgl.rendering.renderer import Renderer
+from simgl.rendering.spacecraft_skies import SpacecraftSkies
+from simgl.rendering.still_scene import StillScene
+from simgl.rendering.thermal_frames import ThermalScene, thermal_capture
 from simgl.scenario.scenario import Scenario
 from simgl.scene.lamp_response import DetectorLight, lit_for_detector
 from simgl.scene.state import SceneState
-from simgl.spacecraft_skies import SpacecraftSkies
-from simgl.still_scene import StillScene
 from simgl.thermal.scene_temperatures import TemperatureHistory, Temperatures, ThermalBodies
-from simgl.thermal_frames import ThermalScene, thermal_capture
 from simgl.view.exposure_parts import ExposurePart, moving_scene
 from simgl.view.exposure_views import MovingViews
 from simgl.view.frame_view import FrameView, frame_view

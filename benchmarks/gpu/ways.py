@@ -124,7 +124,7 @@ def frames(ctx: moderngl.Context, scene: str, count: int) -> dict[str, object]:
         scenario = load_scenario(bench_scene.path)
         epochs = epochs_of(scenario, 2 * count, 0.1)
         with (
-            patch("simgl.camera_pipeline.prefers_compute", lambda _, way=by_compute: way),
+            patch("simgl.rendering.camera_pipeline.prefers_compute", lambda _, way=by_compute: way),
             patch("simgl.passes.interreflection.prefers_compute", lambda _, way=by_compute: way),
             Simulator(scenario, ctx) as simulator,
         ):

@@ -23,8 +23,8 @@ def table(gl: moderngl.Context) -> Table:
     return Table(
         title="Sunlight on sheets, rods and booms",
         reference=(
-            "64 rays to the Sun's disc from four places in each pixel, from 144 where these leave doubt, "
-            f"{_SUNS} Suns"
+            "64 rays to the Sun's disc from four places in each pixel, from 144 where these leave "
+            f"doubt, {_SUNS} Suns"
         ),
         quantity=f"wrong pixels of {_SUNS} images of 300 x 300",
         error="pixels, a quarter of the sunlight off all places in them and their neighbours",

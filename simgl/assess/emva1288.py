@@ -25,12 +25,12 @@ from simgl.assess.photon_transfer import (
 )
 from simgl.camera.camera import Camera
 from simgl.camera.presets import read_camera
-from simgl.camera_pipeline import CameraPipeline
 from simgl.gpu.release import release_all
 from simgl.gpu.render_targets import Format, ImageTarget
 from simgl.physics.constants import SOLAR_TEMPERATURE
 from simgl.physics.spectrum import BANDS, black_body_light
 from simgl.progress import ProgressCallback, silent
+from simgl.rendering.camera_pipeline import CameraPipeline
 from simgl.scenario.schema import CameraTable
 
 # Of a larger sensor, a part is tested; width and height [pixels].

@@ -1,7 +1,8 @@
 """Render passes: each module draws one step of a frame in one OpenGL context.
 
-``simgl.renderer`` orders them from a view to radiance, ``simgl.camera_pipeline`` from radiance to
-digital numbers. In the order of a frame: ``shadow`` and ``lamp_shadow`` (shadow maps),
+``simgl.rendering.renderer`` orders them from a view to radiance,
+``simgl.rendering.camera_pipeline`` from radiance to digital numbers. In the order of a frame:
+``shadow`` and ``lamp_shadow`` (shadow maps),
 ``interreflection`` (light at vertices), ``visibility``, ``gbuffer``, ``reference_gather`` (the same
 light by rays), ``surface`` (shading), ``resolve`` and ``warp`` (to pixels), ``motion_sweep`` and
 ``average`` (an exposure), ``thermal`` (thermal radiance), ``truth``; then ``optics``, ``spread`` or

@@ -1,7 +1,7 @@
 """The light of the sky around a spacecraft, and what its patches get of it.
 
-The renderer draws it (simgl/spacecraft_skies.py): what heats a spacecraft is what lights it in
-images, and what stands behind it in them.
+The renderer draws it (simgl/rendering/spacecraft_skies.py): what heats a spacecraft is what lights
+it in images, and what stands behind it in them.
 """
 
 from __future__ import annotations

@@ -82,7 +82,7 @@ def test_compute_shaders_divide_pixels_along_the_same_edges(
 
     by_fragments = electrons()
     monkeypatch.setattr("simgl.gpu.fullscreen.prefers_compute", bool)
-    monkeypatch.setattr("simgl.camera_pipeline.prefers_compute", bool)
+    monkeypatch.setattr("simgl.rendering.camera_pipeline.prefers_compute", bool)
     by_compute = electrons()
     # A sample that rounding puts beyond a line counts on its other side, a thousandth of a pixel.
     np.testing.assert_allclose(by_compute, by_fragments, rtol=2e-3, atol=1e-3 * by_fragments.max())

@@ -16,9 +16,9 @@ from simgl.camera.distortion import relative_illumination, sight_lines
 from simgl.camera.lens import Vignetting
 from simgl.camera.point_spread import Spread
 from simgl.camera.projections import Distortion
-from simgl.camera_pipeline import CameraPipeline
 from simgl.gpu.render_targets import Area, Format, ImageTarget
 from simgl.images import ElectronFrame, RadianceFrame, TruthFrame
+from simgl.rendering.camera_pipeline import CameraPipeline
 from simgl.simulator import Capture, Product, Simulator
 from tests.camera.cameras import DIFFRACTION, camera
 from tests.reference.optics import image_irradiance
@@ -69,7 +69,7 @@ def test_behind_colour_filters_a_spread_image_makes_the_electrons_of_its_bands(
     gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch, width: int, by_compute: bool
 ) -> None:
     """The sums behind the filters are spread; the bands would be four times as much to spread."""
-    monkeypatch.setattr("simgl.camera_pipeline.prefers_compute", lambda _: by_compute)
+    monkeypatch.setattr("simgl.rendering.camera_pipeline.prefers_compute", lambda _: by_compute)
     red, green, blue = (0.6, 0.1, 0.0, 0.3), (0.05, 0.5, 0.1, 0.3), (0.0, 0.1, 0.4, 0.2)
     plain = camera(width, spread=DIFFRACTION, veiling_glare=0.01)
     mosaic = Mosaic(order="GRBG", red=red, green=green, blue=blue)
@@ -108,7 +108,7 @@ def test_what_is_black_for_sure_needs_no_reading(
     by_compute: bool,
 ) -> None:
     """Of an image with light in one area, that area tells all: to the bit."""
-    monkeypatch.setattr("simgl.camera_pipeline.prefers_compute", lambda _: by_compute)
+    monkeypatch.setattr("simgl.rendering.camera_pipeline.prefers_compute", lambda _: by_compute)
     cam = camera(256, spread=DIFFRACTION, veiling_glare=0.01)
     radiance = np.zeros((192, 256, 4), dtype=np.float32)
     radiance[lit] = np.random.default_rng(6).random(radiance[lit].shape)
@@ -135,7 +135,7 @@ def test_exposure_and_gain_change_without_new_kernels(
         made.append(cam)
         return Spread(cam, *others)
 
-    monkeypatch.setattr("simgl.camera_pipeline.prefers_compute", lambda _: by_compute)
+    monkeypatch.setattr("simgl.rendering.camera_pipeline.prefers_compute", lambda _: by_compute)
     monkeypatch.setattr("simgl.passes.spread.Spread", watched)
     monkeypatch.setattr("simgl.passes.compute_spread.Spread", watched)
     cam = camera(256, spread=DIFFRACTION)

@@ -32,7 +32,7 @@ from tests.campaign.small import SCENE as LAMP_SCENE
 
 # Modules whose objects are native, or own native ones.
 _NATIVE = ("moderngl", "_moderngl", "glcontext", "embreex")
-_OWNERS = ("simgl.gpu", "simgl.passes", "simgl.rays", "simgl.renderer", "simgl.simulator")
+_OWNERS = ("simgl.gpu", "simgl.passes", "simgl.rays", "simgl.rendering.renderer", "simgl.simulator")
 # An even Earth with air, and stars.
 _ORBIT = """\
 [epoch]

@@ -9,10 +9,10 @@ import moderngl
 import numpy as np
 import pytest
 
+from simgl.rendering.spacecraft_skies import ALL_WAVELENGTHS
 from simgl.scenario.loader import scenario_from_dict
 from simgl.scenario.scenario import Scenario
 from simgl.simulator import Simulator
-from simgl.spacecraft_skies import ALL_WAVELENGTHS
 from simgl.thermal.heat_loads import outer_light
 from simgl.thermal.history import ThermalState
 from tests.passes.earth_light_scenes import (

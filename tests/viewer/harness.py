@@ -7,7 +7,7 @@ import numpy as np
 
 from simgl.arrays import Image8
 from simgl.images import display_from_radiance
-from simgl.renderer import Renderer
+from simgl.rendering.renderer import Renderer
 from simgl.scenario.scenario import Scenario
 from simgl.view.frame_view import frame_view
 from simgl.viewer.orbit_camera import OrbitCamera

@@ -10,7 +10,7 @@ import numpy as np
 from simgl.arrays import Array
 from simgl.camera.infrared_detector import InfraredDetector
 from simgl.gpu.context import current
-from simgl.renderer import Renderer
+from simgl.rendering.renderer import Renderer
 from simgl.scene.state import SceneState
 from simgl.thermal.infrared_surroundings import (
     share_in_bands,

@@ -6,10 +6,10 @@ from dataclasses import replace
 from functools import partial
 
 from simgl.camera.pixel_ramp import pixel_ramps
-from simgl.camera_pipeline import CameraPipeline
 from simgl.errors import SimglError
 from simgl.progress import ProgressCallback
-from simgl.renderer import Renderer
+from simgl.rendering.camera_pipeline import CameraPipeline
+from simgl.rendering.renderer import Renderer
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState
 from simgl.view.frame_view import FrameView, frame_view

@@ -9,10 +9,10 @@ from functools import cache
 from simgl.camera.camera import Camera
 from simgl.camera.pixel_ramp import SHARP, Ramps, pixel_ramps
 from simgl.camera.point_spread import SunInCamera
-from simgl.camera_pipeline import ColourLight
 from simgl.gpu.render_targets import ImageTarget
 from simgl.images import FrameInfo
-from simgl.renderer import Renderer
+from simgl.rendering.camera_pipeline import ColourLight
+from simgl.rendering.renderer import Renderer
 from simgl.scene.state import SceneState
 from simgl.view.exposure_views import MovingViews
 from simgl.view.frame_view import FrameView

@@ -14,7 +14,6 @@ from simgl.camera.camera import Camera
 from simgl.camera.pinhole_fields import pinhole_fields
 from simgl.environment_map import SkyRadiance
 from simgl.errors import ConfigError
-from simgl.exposure_renderer import Drawing, ExposureRenderer
 from simgl.gpu.context import begin_draws, current, is_software
 from simgl.gpu.release import all_or_nothing, release_all
 from simgl.gpu.render_targets import Format, ImageTarget, TargetStore, drawable_part, largest_edge
@@ -44,12 +43,13 @@ from simgl.passes.warp import WarpPass
 from simgl.progress import ProgressCallback, begin_stage
 from simgl.radiosity.final_gather import LitBody
 from simgl.radiosity.transport_store import JointLight, TransportStore
+from simgl.rendering.exposure_renderer import Drawing, ExposureRenderer
+from simgl.rendering.sky_renderer import SkyRenderer
+from simgl.rendering.thermal_renderer import ThermalRenderer
 from simgl.scene.earth import Earth
 from simgl.scene.spacecraft import SpacecraftModel
-from simgl.sky_renderer import SkyRenderer
 from simgl.thermal.infrared_surroundings import InfraredSurroundings
 from simgl.thermal.thermal_view import ThermalView
-from simgl.thermal_renderer import ThermalRenderer
 from simgl.view.background import SkyView
 from simgl.view.background_tiles import tiles_behind
 from simgl.view.celestial import CelestialView

@@ -10,8 +10,8 @@ import numpy as np
 from simgl.arrays import Array, Array32
 from simgl.images import Capture, DigitalFrame, ThermalFrame
 from simgl.products import Product
+from simgl.rendering.still_scene import StillScene
 from simgl.scene.state import SceneState
-from simgl.still_scene import StillScene
 from simgl.thermal.scene_temperatures import Temperatures, ThermalBodies
 from simgl.thermal.thermal_view import ThermalView, posed_as, thermal_view
 from simgl.view.frame_view import FrameView
