@@ -147,19 +147,17 @@ def main() -> None:
             "doctor": doctor.splitlines(),
             "bench": json.loads(results.read_bytes()) if results.exists() else bench,
             "bench_s": bench_s,
-            "ways": _json_or_text(ways),
+            "ways": _json_lines(ways),
             "tests": {**_counts(tests), "seconds": tests_s, "failures": _failures(tests)},
         }
         (out / "gpu.json").write_text(json.dumps(record, indent=2) + "\n")
         print(doctor, bench, ways, json.dumps(record["tests"]), sep="\n")
 
 
-def _json_or_text(log: str) -> object:
-    """What a step printed as JSON; its log where it failed."""
-    try:
-        return json.loads(log)
-    except ValueError:
-        return log
+def _json_lines(log: str) -> dict[str, object]:
+    """What a step printed as lines of JSON objects, together; other lines are left out."""
+    lines = (line for line in log.splitlines() if line.startswith("{"))
+    return {name: value for line in lines for name, value in json.loads(line).items()}
 
 
 def _tests_alongside_scenes(steps: _Steps, options: argparse.Namespace) -> tuple[str, float | None]:

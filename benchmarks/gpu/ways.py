@@ -1,8 +1,9 @@
 """``python -m benchmarks.gpu.ways``: work that a GPU may do itself or leave to the CPU, both ways.
 
-Prints JSON. For a lens that spreads light: the median and 90th percentile of the time by each way,
-and how far the images lie apart, as a fraction of the peak; ways take turns. For scenes: frames
-with all such work on the CPU, and by compute shaders; their median and those of their passes.
+Prints a line of JSON for each step, so that the first ones stay where time runs out. For a lens
+that spreads light: the median and 90th percentile of the time by each way, and how far the images
+lie apart, as a fraction of the peak; ways take turns. For scenes: frames with all such work on the
+CPU, and by compute shaders; their median and those of their passes.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import json
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from unittest.mock import patch
 
 import moderngl
@@ -143,14 +145,15 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=40)
     rounds = parser.parse_args().rounds
     with temporary_context() as ctx:
-        results = {
-            "renderer": ctx.info["GL_RENDERER"],
-            "spread, 1280 x 960": spread(ctx, (1280, 960), None, rounds),
-            "spread, 1280 x 960, colour": spread(ctx, (1280, 960), _MOSAIC, rounds),
-            "spread, 2048 x 2048": spread(ctx, (2048, 2048), None, rounds),
-            **{f"frames of {scene}": frames(ctx, scene, rounds) for scene in _SCENES},
+        steps: dict[str, Callable[[], object]] = {
+            "renderer": lambda: ctx.info["GL_RENDERER"],
+            "spread, 1280 x 960": partial(spread, ctx, (1280, 960), None, rounds),
+            "spread, 1280 x 960, colour": partial(spread, ctx, (1280, 960), _MOSAIC, rounds),
+            "spread, 2048 x 2048": partial(spread, ctx, (2048, 2048), None, rounds),
+            **{f"frames of {scene}": partial(frames, ctx, scene, rounds) for scene in _SCENES},
         }
-    print(json.dumps(results))
+        for name, step in steps.items():
+            print(json.dumps({name: step()}), flush=True)
 
 
 if __name__ == "__main__":
