@@ -117,7 +117,7 @@ def traced(
     """The transport of any body."""
     report = silent if progress is None else progress
     fine = refined(mesh, sides, settings)
-    tracer = RayTracer(fine)
+    tracer = RayTracer(fine, watertight=False)
     points = gather_points_of(fine, sides)
     if sides == 1:
         points = moved_into_open(fine, tracer, points)
@@ -258,7 +258,7 @@ def patch_directions(normals: Array, rays: int) -> Array:
     turn = frames(normals.reshape(-1, 3)).reshape(count, SAMPLES, 3, 3)
     # Another turn about the normal for each patch: what few rays miss evens out over a wall.
     turn = turn @ spins(count)[:, None]
-    return np.asarray(np.einsum("psij,skj->pski", turn, pattern, optimize=True))
+    return np.matmul(pattern, np.swapaxes(turn, 2, 3))
 
 
 def patch_form_factors(
