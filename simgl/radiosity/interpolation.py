@@ -118,7 +118,7 @@ def _between_nodes(transport: LightTransport, grids: LightGrids, at: _OpenPlaces
     """Linear between the nodes of grids, some of which have what is linear between the corners."""
     number = np.zeros(len(transport.mesh.triangles), dtype=np.int64)
     number[grids.triangles] = np.arange(len(grids.triangles))
-    nodes, shares = _nodes_around(at.weights)
+    nodes, shares = nodes_around(at.weights)
     place, node, share = np.repeat(np.arange(len(nodes)), 3), nodes.ravel(), shares.ravel()
     point = grids.point_of_node[number[at.triangle[place]], node, at.side[place]]
     held = point >= 0
@@ -131,7 +131,7 @@ def _between_nodes(transport: LightTransport, grids: LightGrids, at: _OpenPlaces
     ]
 
 
-def _nodes_around(weights: Array) -> tuple[IndexArray, Array]:
+def nodes_around(weights: Array) -> tuple[IndexArray, Array]:
     """(n, 3) nodes of the small triangle of a grid that each place lies in, and the shares that
     are linear between them.
 
