@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from simgl_bridge.launched_server import launched_server as launched_server
     from simgl_bridge.messages import ServerStatus as ServerStatus
     from simgl_bridge.messages import Shot as Shot
-    from simgl_bridge.preview import Watch as Watch
+    from simgl_bridge.preview import PreviewClient as PreviewClient
 
 # Loaded at first use: a server answers its first client before a client's imports are done.
 _MODULES = {
@@ -50,8 +50,9 @@ _MODULES = {
     "client_images": "DelayLine Image ImageSet",
     "launched_server": "launched_server",
     "messages": "ServerStatus Shot",
-    "preview": "Watch",
+    "preview": "PreviewClient",
 }
+_RENAMED = {"Watch": "PreviewClient"}
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names.split()}
 
 __all__ = sorted(_MODULE_OF)
@@ -59,6 +60,8 @@ __all__ = sorted(_MODULE_OF)
 
 def __getattr__(name: str) -> Any:
     """Load a public name from its module (PEP 562) and keep it."""
+    if name in _RENAMED:
+        raise AttributeError(f"simgl_bridge.{name} is now simgl_bridge.{_RENAMED[name]}")
     if name not in _MODULE_OF:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     value = getattr(import_module(f"simgl_bridge.{_MODULE_OF[name]}"), name)

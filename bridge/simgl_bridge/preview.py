@@ -87,10 +87,10 @@ class PreviewImage:
     missed: int
 
 
-class Watch:
+class PreviewClient:
     """Iterates over the previews of a server's monitor; ends when none arrives for ``timeout_s``.
 
-    >>> with Watch("tcp://127.0.0.1:5564") as previews:
+    >>> with PreviewClient("tcp://127.0.0.1:5564") as previews:
     ...     for preview in previews:
     ...         show(preview.pixels)
     """
@@ -152,7 +152,7 @@ class Watch:
         """Disconnect."""
         self._context.destroy(linger=0)
 
-    def __enter__(self) -> Watch:
+    def __enter__(self) -> PreviewClient:
         return self
 
     def __exit__(self, *_: object) -> None:
