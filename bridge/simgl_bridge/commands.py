@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from simgl.commands.completion import scenario_files
-from simgl.commands.web_options import WEB_PANEL, WebAddress, WebToken, check_goes_with_web
+from simgl.commands.web_options import WEB_PANEL, WebAddress, WebToken, refuse_without_web
 from simgl.errors import ConfigError
 from simgl.interruption import end_by_signals, exit_if_signalled
 from simgl_bridge.bind_address import (
@@ -168,14 +168,14 @@ def serve(
             "--web": web,
         }
         for option in (name for name, value in native.items() if value):
-            problem = "goes with --address: Basilisk's own protocol has nothing of the kind"
+            problem = "requires --address; Basilisk's own protocol has nothing of the kind"
             raise ConfigError("simgl serve", option, problem)
     if scenario is None and address is not None:
         raise ConfigError("simgl serve", "SCENARIO", "is required unless --basilisk is given")
     if record_images and record is None:
-        raise ConfigError("simgl serve", "--record-images", "goes with --record")
+        raise ConfigError("simgl serve", "--record-images", "requires --record")
     if camera and basilisk is None:
-        raise ConfigError("simgl serve", "--camera", "goes with --basilisk")
+        raise ConfigError("simgl serve", "--camera", "requires --basilisk")
     access = Access(secret=keys, allowed=allow, insecure=insecure)
     # Basilisk's protocol has no keys.
     remote = {"--address": access.allows_remote, "--monitor": access.allows_remote}
@@ -224,10 +224,10 @@ def _web_options(
 ) -> WebOptions | None:
     """What the browser view opens; None without ``--web``."""
     if not web:
-        check_goes_with_web(address, token_file)
+        refuse_without_web(address, token_file)
         return None
     if root is not None:
-        problem = "shows one scenario: it does not go with --root, by which clients choose another"
+        problem = "is not allowed with --root, by which clients change the scenario"
         raise ConfigError("simgl serve", "--web", problem)
     from simgl.web.web_access import DEFAULT_WEB_ADDRESS, web_access
     from simgl_bridge.web_feed import WebOptions
@@ -335,7 +335,7 @@ def replay_recording(
 
     if recording.is_dir() or is_session(recording):
         if camera:
-            raise ConfigError("simgl replay", "--camera", "goes with a recording of Basilisk")
+            raise ConfigError("simgl replay", "--camera", "requires a recording of Basilisk")
         replayed = [
             replay_session(
                 path,
@@ -354,7 +354,7 @@ def replay_recording(
         return
     for option, given in (("--root", root), ("--changed", changed)):
         if given:
-            raise ConfigError("simgl replay", option, "goes with a recorded session")
+            raise ConfigError("simgl replay", option, "requires a recorded session")
     overrides = load_camera_files(camera or [], command="simgl replay")
     loaded = bare_scenario() if scenario is None else load_scenario(scenario)
     check_base(loaded)

@@ -154,7 +154,7 @@ def _temperatures(
     before = request.thermal_from if isinstance(request, Render) else ""
     if all(state.cameras[shot.camera].camera.thermal is None for shot in request.cameras):
         if before:
-            problem = "goes with a thermal camera, and none is asked for"
+            problem = "requires a thermal camera, and none is requested"
             raise BadMessageError(ErrorCode.BAD_VALUE, "thermal_from", problem, request.id)
         return None
     try:

@@ -186,8 +186,8 @@ def _joint(table: JointTable, parent: int | None, parts: tuple[int, ...], where:
     for name in ("origin_body_m", "range_deg", "range_m"):
         given = getattr(table, name) is not None
         if given != (name in wanted):
-            problem = f"{name} is missing" if name in wanted else f"{name} does not go"
-            raise ConfigError(where, key, f"is {table.kind}: {problem} with that")
+            problem = f"requires {name}" if name in wanted else f"must not have {name}"
+            raise ConfigError(where, key, f"is {table.kind}: it {problem}")
     limits = table.range_m if slides else np.radians(table.range_deg or ()).tolist()
     assert limits is not None
     low, high = limits
@@ -196,7 +196,7 @@ def _joint(table: JointTable, parent: int | None, parts: tuple[int, ...], where:
         raise ConfigError(where, key, problem)
     sunward = table.sunward_body
     if slides and sunward is not None:
-        raise ConfigError(where, key, "slides, and has no sunward_body to turn to the Sun")
+        raise ConfigError(where, key, "is prismatic: it must not have sunward_body")
     return Joint(
         name=table.name,
         parts=parts,

@@ -274,7 +274,7 @@ def test_basilisk_stays_on_this_machine_whatever_is_said() -> None:
 )
 def test_an_option_that_basilisk_alone_would_ignore_is_refused(option: str, value: object) -> None:
     said: dict[str, Any] = {option: value}
-    with pytest.raises(ConfigError, match=rf"--{option.replace('_', '-')} goes with --address"):
+    with pytest.raises(ConfigError, match=rf"--{option.replace('_', '-')} requires --address"):
         serve(basilisk="tcp://127.0.0.1:5556", **said)
 
 

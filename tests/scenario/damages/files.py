@@ -45,7 +45,7 @@ DAMAGES = (
         "gather without interreflection",
         SEED,
         'gather = "pixel"\ninter_reflection = false',
-        " [render]: gather goes with inter_reflection, which is off",
+        " [render]: gather requires inter_reflection = true",
     ),
     Damage(
         "epoch is no table",
