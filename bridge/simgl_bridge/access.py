@@ -48,9 +48,10 @@ class Access:
     insecure: bool = False
 
     def __post_init__(self) -> None:
-        if (self.secret is None) != (self.allowed is None):
-            problem = "goes together with --allow: a key of the server, and the keys of its clients"
-            raise ConfigError("simgl serve", "--keys", problem)
+        if self.secret is not None and self.allowed is None:
+            raise ConfigError("simgl serve", "--keys", "requires --allow, the keys of the clients")
+        if self.allowed is not None and self.secret is None:
+            raise ConfigError("simgl serve", "--allow", "requires --keys, the key of the server")
         if self.insecure and self.secret is not None:
             raise ConfigError("simgl serve", "--insecure", "contradicts --keys")
         if self.secret is not None:

@@ -14,7 +14,8 @@ import typer
 import zmq
 from simgl_bridge import AccessError, Client, ClientKeys
 from simgl_bridge.access import Access, make_keys
-from simgl_bridge.client_protocol import Call, ClientProtocol
+from simgl_bridge.client_call import Call
+from simgl_bridge.client_protocol import ClientProtocol
 from simgl_bridge.commands import keys
 from simgl_bridge.messages import Ping, Pong
 from typer.testing import CliRunner
@@ -99,8 +100,10 @@ def test_beyond_this_machine_only_with_keys_or_on_purpose(
 
 
 def test_halves_of_access_are_refused(ring: Ring, tmp_path: Path) -> None:
-    with pytest.raises(ConfigError, match="--keys goes together with --allow"):
+    with pytest.raises(ConfigError, match="--keys requires --allow"):
         Access(secret=ring.folder / "server.key_secret")
+    with pytest.raises(ConfigError, match="--allow requires --keys"):
+        Access(allowed=ring.folder)
     with pytest.raises(ConfigError, match="--insecure contradicts --keys"):
         Access(secret=ring.folder / "server.key_secret", allowed=ring.folder, insecure=True)
     with pytest.raises(ConfigError, match=r"--allow must be a folder with the \.key files"):
