@@ -14,18 +14,17 @@ from zmq.utils.monitor import parse_monitor_message
 from simgl.errors import BridgeError
 from simgl_bridge.access import ClientKeys
 from simgl_bridge.body_pose import BodyPose
-from simgl_bridge.client_images import Image, ImageSet
-from simgl_bridge.client_protocol import (
+from simgl_bridge.client_call import (
     READY_TIMEOUT,
-    ClientProtocol,
     Payload,
-    RenderOptions,
     check_timeouts,
     open_call,
     server_deadline_ms,
-    shot_of,
 )
+from simgl_bridge.client_images import Image, ImageSet
+from simgl_bridge.client_protocol import ClientProtocol, RenderOptions, shot_of
 from simgl_bridge.framing import VERSION, pack
+from simgl_bridge.message_parts import ServerStatus, Shot
 from simgl_bridge.messages import (
     Bye,
     Hello,
@@ -33,8 +32,6 @@ from simgl_bridge.messages import (
     Message,
     Ping,
     Pong,
-    ServerStatus,
-    Shot,
     Welcome,
 )
 from simgl_bridge.sockets import connect

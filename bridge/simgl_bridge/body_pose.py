@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from simgl.arrays import Array
 from simgl.physics.frames import Pose, quaternion_from_matrix
-from simgl_bridge.messages import SentPose
+from simgl_bridge.message_parts import SentPose
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -14,21 +14,24 @@ from zmq.utils.monitor import recv_monitor_message
 from simgl.errors import BridgeError
 from simgl_bridge.access import ClientKeys
 from simgl_bridge.body_pose import BodyPose
-from simgl_bridge.client_images import Image, ImageSet
-from simgl_bridge.client_protocol import (
+from simgl_bridge.client_call import (
     READY_TIMEOUT,
     SILENCE,
     Call,
-    ClientProtocol,
     Payload,
-    RenderOptions,
-    StateOptions,
     check_timeouts,
     open_call,
     server_deadline_ms,
+)
+from simgl_bridge.client_images import Image, ImageSet
+from simgl_bridge.client_protocol import (
+    ClientProtocol,
+    RenderOptions,
+    StateOptions,
     shot_of,
 )
 from simgl_bridge.framing import VERSION, pack
+from simgl_bridge.message_parts import ServerStatus, Shot
 from simgl_bridge.messages import (
     Bye,
     Configure,
@@ -38,8 +41,6 @@ from simgl_bridge.messages import (
     Next,
     Ping,
     Pong,
-    ServerStatus,
-    Shot,
     Statistics,
     Stats,
     Welcome,

@@ -14,7 +14,14 @@ from msgspec import structs
 from simgl.arrays import AnyArray, Array, Image16
 from simgl.errors import BridgeError
 from simgl_bridge.hashes import plane_hash
-from simgl_bridge.messages import CameraImage, Images, Plane, Quaternion, SentPose, Vector
+from simgl_bridge.message_parts import (
+    CameraImage,
+    Plane,
+    Quaternion,
+    SentPose,
+    Vector,
+)
+from simgl_bridge.messages import Images
 from simgl_bridge.plane_compression import ZSTD, decompressed
 
 # Pixel types of planes, little-endian.

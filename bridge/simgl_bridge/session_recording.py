@@ -34,7 +34,13 @@ from simgl.errors import AssetError, OutputError
 from simgl.output import check_writable
 from simgl_bridge.framing import BadMessageError
 from simgl_bridge.hashes import plane_hash
-from simgl_bridge.messages import CameraImage, ErrorCode, Message, Render, SentPose, State
+from simgl_bridge.message_parts import CameraImage, SentPose
+from simgl_bridge.messages import (
+    ErrorCode,
+    Message,
+    Render,
+    State,
+)
 from simgl_bridge.operator_log import OperatorLog
 from simgl_bridge.renderer_messages import ServedScene
 from simgl_bridge.value_ranges import Seed

@@ -51,7 +51,7 @@ LARGER_EXAMPLES_USE = {
     "simgl.ros2.run_messages",
     "simgl.sequence.event_stream",
     "simgl.video",
-    "simgl_bridge.messages",
+    "simgl_bridge.message_parts",
 }
 
 
