@@ -152,6 +152,9 @@ class Simulator(AbstractContextManager["Simulator"]):
     ) -> Capture:
         """Capture the image of one camera.
 
+        state : of the scene at mid-exposure
+        camera : its name
+        products : frames of the capture, see ``Product``
         during : the scene at a time [TAI ns] of the exposure, such as ``scenario.around(tai_ns)``;
             electrons and DN then have motion blur and rolling shutter. Without it the scene is
             static, as it always is for radiance and truth
@@ -171,8 +174,14 @@ class Simulator(AbstractContextManager["Simulator"]):
     def capture_at(
         self, tai_ns: int, camera: str, products: Collection[Product], draw: int = 0
     ) -> Capture:
-        """Capture the image at a time [TAI ns] at which all follow the scenario's laws: with motion
-        during the exposure, and temperatures since the scenario's epoch."""
+        """Capture the image at a time at which all follow the scenario's laws: with motion during
+        the exposure, and temperatures since the scenario's epoch.
+
+        tai_ns : mid-exposure [TAI ns]
+        camera, products, draw : as for ``capture``
+
+        Raises as ``capture`` does.
+        """
         thermal = camera in self.scenario.cameras and self.scenario.cameras[camera].thermal
         return self.capture(
             self.scenario.at(tai_ns),
@@ -197,6 +206,7 @@ class Simulator(AbstractContextManager["Simulator"]):
         This is faster than separate calls, since DN are read back after all images are submitted.
 
         cameras : camera name to products
+        state, during, seed, draw, temperatures : as for ``capture``, for all cameras
         """
         unread = []
         # Another simulator of this process may have made its own context current.
@@ -226,6 +236,7 @@ class Simulator(AbstractContextManager["Simulator"]):
     ) -> tuple[Capture, ...]:
         """Capture one instant with several settings of a camera; the scene is rendered once.
 
+        state, camera, products : as for ``capture``
         settings : the camera with different exposure times, f-numbers, filters or electronics;
             image size and field of view must be the same. Frames of radiance and truth refer to
             the scenario's camera

@@ -109,7 +109,10 @@ class ClientKeys:
     server: Path
 
     def apply(self, socket: zmq.Socket[Any]) -> None:
-        """Give a socket the keys; raises ConfigError where a file holds none."""
+        """Give a socket the keys; raises ConfigError where a file holds none.
+
+        socket : of the client, before it connects
+        """
         public, secret = _pair(self.secret)
         socket.setsockopt(zmq.CURVE_PUBLICKEY, public)
         socket.setsockopt(zmq.CURVE_SECRETKEY, secret)

@@ -42,6 +42,8 @@ _Reply = TypeVar("_Reply", bound=Message)
 class AsyncClient:
     """An asynchronous connection to one server, with the errors and timeouts of ``Client``.
 
+    address, timeout_s, ready_timeout_s, name, keys, on_status : as for ``Client``
+
     Requests beyond the server's window wait here until an earlier one is answered.
 
     >>> async with AsyncClient("tcp://127.0.0.1:5563") as client:
@@ -118,7 +120,11 @@ class AsyncClient:
         gain_dn_per_e: float | None = None,
         **options: Unpack[RenderOptions],
     ) -> Image:
-        """The image that one camera takes of a state; see ``Client.render``."""
+        """The image of one camera and one state.
+
+        tai_ns, camera, bodies, exposure_time_s, products, gain_dn_per_e, options : as for
+            ``Client.render``
+        """
         shots = [shot_of(camera, exposure_time_s, gain_dn_per_e, products)]
         return (await self.render_all(tai_ns, shots, bodies, **options))[camera]
 
@@ -129,7 +135,10 @@ class AsyncClient:
         bodies: Mapping[str, BodyPose] | None = None,
         **options: Unpack[RenderOptions],
     ) -> ImageSet:
-        """The images that several cameras take of one state; see ``Client.render_all``."""
+        """The images of several cameras and one state.
+
+        tai_ns, cameras, bodies, options : as for ``Client.render_all``
+        """
         deadline_ms = server_deadline_ms(self.timeout_s)
         request = self._protocol.render(tai_ns, cameras, bodies, deadline_ms, **options)
         self._check_open()

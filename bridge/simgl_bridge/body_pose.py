@@ -33,7 +33,10 @@ class BodyPose:
 
     @classmethod
     def from_pose(cls, pose: Pose) -> BodyPose:
-        """The same pose, from simgl's own type."""
+        """The same pose, from simgl's own type.
+
+        pose : in GCRF
+        """
         return cls(
             position_m=pose.position,
             velocity_m_s=pose.velocity,

@@ -93,8 +93,10 @@ class SentSun(Struct, frozen=True, kw_only=True):
 
 
 class Shot(Struct, frozen=True, kw_only=True):
-    """The request to one camera; None uses the camera's own value.
+    """The request to one camera.
 
+    camera : its name
+    exposure_time_s, gain_dn_per_e : the camera's own values if not given
     products : "dn", "radiance", "electrons"; "depth" along the boresight and "range" from the
         pinhole, 0 without spacecraft; "part_id"; for a camera with a LIDAR "lidar_range" of one
         pulse, 0 if not detected, and its "lidar_electrons"; for a thermal camera "thermal_radiance"

@@ -88,7 +88,13 @@ class PreviewImage:
 
 
 class PreviewClient:
-    """Iterates over the previews of a server's monitor; ends when none arrives for ``timeout_s``.
+    """Iterates over the previews of a server's monitor.
+
+    address : of the monitor, as given to ``simgl serve --monitor``
+    timeout_s : the iteration ends when no preview arrives for so long
+    keys : of this client, for a server that requires them
+
+    Raises BridgeError for what is no address, and for a message that is no preview.
 
     >>> with PreviewClient("tcp://127.0.0.1:5564") as previews:
     ...     for preview in previews:

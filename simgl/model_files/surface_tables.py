@@ -221,7 +221,9 @@ def shipped_finishes() -> list[str]:
 
 
 def load_finish(name: str) -> Material:
-    """A shipped surface finish by its name; docs/materials.md lists them.
+    """A shipped surface finish; docs/materials.md lists them.
+
+    name : of the finish
 
     Raises AssetError with a suggestion for an unknown name.
 

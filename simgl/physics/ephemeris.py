@@ -37,7 +37,9 @@ def _future_leap_seconds_accepted() -> Iterator[None]:
 
 
 def tai_ns_from_utc(utc: str) -> int:
-    """TAI nanoseconds of an ISO 8601 UTC text such as ``2026-03-20T12:00:00.5``.
+    """TAI nanoseconds since 1970-01-01T00:00:00 TAI.
+
+    utc : ISO 8601 text such as ``2026-03-20T12:00:00.5``
 
     Raises ValueError for text that is not a date, or a year outside 1972 to 2099.
     """
@@ -66,7 +68,9 @@ def tai_ns_from_utc(utc: str) -> int:
 
 
 def utc_from_tai_ns(tai_ns: int) -> str:
-    """ISO 8601 UTC text of TAI nanoseconds, with as many decimals as it needs.
+    """ISO 8601 UTC text, with as many decimals as it needs.
+
+    tai_ns : TAI nanoseconds since 1970-01-01T00:00:00 TAI
 
     Raises ValueError for what is no integer: a float holds no nanoseconds of our years.
     """

@@ -71,6 +71,7 @@ def load_scenario(
 ) -> Scenario:
     """The scenario in a TOML file; docs/scenario.md lists its keys.
 
+    path : of the file
     root : folder that must contain its models, maps, tables and presets, after links are resolved;
         shipped files are always allowed. None allows any path
     models : spacecraft name to a model that replaces the ``model`` of its table, such as one from

@@ -84,7 +84,17 @@ class EphemerisSun:
 class Scenario:
     """The content of a scenario file, in SI units.
 
-    joints : by spacecraft
+    name : in file headers and messages; of a file its stem
+    source : the file; None for a scenario made in memory
+    epoch_tai_ns : start, TAI nanoseconds since 1970-01-01T00:00:00 TAI
+    sun : its ephemeris, or a fixed direction and irradiance
+    earth : surface, clouds and air; None in deep space
+    models : spacecraft name to its shape and surfaces
+    motions : spacecraft name to its laws of position and attitude
+    cameras : camera name to its lens, detector and settings
+    mounts : camera name to its place and pointing
+    lamps : lamp name to its light and place
+    joints : spacecraft name to the laws of its joints
     criteria : limits of a usable image of a target
     requirements : on the images of a run
     uncertainty : standard deviations for the draws of an assessment; None for no draws
@@ -164,11 +174,19 @@ class Scenario:
         return html_table(title, of_models, models) + html_table("Cameras", of_cameras, cameras)
 
     def at(self, tai_ns: int) -> SceneState:
-        """The scene at an epoch [TAI ns]."""
+        """The scene by the scenario's laws of motion.
+
+        tai_ns : epoch, TAI nanoseconds since 1970-01-01T00:00:00 TAI
+
+        Raises ConfigError where the data of a trajectory do not cover the epoch; ValueError for a
+        time that is no integer, or before 1970.
+        """
         return self.with_poses(tai_ns, {})
 
     def around(self, tai_ns: int) -> Callable[[int], SceneState]:
-        """The scene as a function of time during an exposure around an epoch [TAI ns].
+        """The scene as a function of time [TAI ns] during an exposure.
+
+        tai_ns : mid-exposure, TAI nanoseconds since 1970-01-01T00:00:00 TAI
 
         If the data of a trajectory end within the exposure, the scene is static.
         """
@@ -183,7 +201,10 @@ class Scenario:
         return near
 
     def poses(self, tai_ns: int) -> dict[str, Pose]:
-        """Every spacecraft's pose at an epoch [TAI ns]."""
+        """Spacecraft name to its pose by the laws of motion.
+
+        tai_ns : epoch, TAI nanoseconds since 1970-01-01T00:00:00 TAI
+        """
         with self._named_in_errors():
             return poses(self.motions, tai_ns)
 
@@ -210,6 +231,7 @@ class Scenario:
     ) -> SceneState:
         """The scene with given poses, for instance from a simulation.
 
+        tai_ns : epoch, TAI nanoseconds since 1970-01-01T00:00:00 TAI
         bodies : spacecraft to pose; spacecraft that are not listed follow their laws of motion, and
             a law relative to a listed spacecraft follows its pose
         exposure_times : camera name to exposure time [s], if different from the file
