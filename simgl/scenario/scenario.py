@@ -250,9 +250,6 @@ class Scenario:
         with self._named_in_errors():
             known = self.motions.keys() | self.models.keys()
             check_given(bodies, given, exposure_times or (), known, self.cameras)
-        cameras = dict(self.cameras)
-        for name, seconds in (exposure_times or {}).items():
-            cameras[name] = replace(cameras[name], exposure_time=seconds)
         earth = None
         if self.earth is not None:
             earth = EarthState(
@@ -262,20 +259,9 @@ class Scenario:
             )
         light = self._sun(tai_ns, sun)
         moon = moon_position(tai_ns) if isinstance(self.sun, EphemerisSun) else None
-        states = {}
         with self._named_in_errors():
             placed = poses(self.motions, tai_ns, bodies)
-            for name, camera in cameras.items():
-                mount = self.mounts[name]
-                position, R_camera_from_icrf = camera_pose(
-                    name, mount, placed, lambda place: light.seen_from(place).direction_icrf, earth
-                )
-                states[name] = CameraState(
-                    camera=camera,
-                    position=position,
-                    R_camera_from_icrf=R_camera_from_icrf,
-                    velocity=camera_velocity(mount, placed),
-                )
+            cameras = self._cameras(exposure_times or {}, placed, light, earth)
             lamps = tuple(lamp_state(lamp, placed) for lamp in self.lamps.values())
             body_states = {
                 name: self._body(name, tai_ns, light, placed[name], given.get(name, {}))
@@ -287,11 +273,35 @@ class Scenario:
             earth=earth,
             moon=moon,
             bodies=body_states,
-            cameras=states,
+            cameras=cameras,
             lamps=lamps,
             R_moon_from_icrf=None if moon is None else moon_from_icrf(tai_ns),
             stars=None if self.stars is None else star_sky(self.stars, tai_ns, self.bands),
         )
+
+    def _cameras(
+        self,
+        exposure_times: Mapping[str, float],
+        placed: Mapping[str, Pose],
+        sun: Sun,
+        earth: EarthState | None,
+    ) -> dict[str, CameraState]:
+        """The cameras on their mounts, among the placed spacecraft."""
+        states = {}
+        for name, camera in self.cameras.items():
+            mount = self.mounts[name]
+            position, R_camera_from_icrf = camera_pose(
+                name, mount, placed, lambda place: sun.seen_from(place).direction_icrf, earth
+            )
+            if name in exposure_times:
+                camera = replace(camera, exposure_time=exposure_times[name])
+            states[name] = CameraState(
+                camera=camera,
+                position=position,
+                R_camera_from_icrf=R_camera_from_icrf,
+                velocity=camera_velocity(mount, placed),
+            )
+        return states
 
     def _sun(self, tai_ns: int, position: Array | None) -> Sun:
         """The Sun at an epoch, at a given position where there is one."""
