@@ -135,7 +135,7 @@ def _keys_in(path: Path) -> tuple[bytes, bytes | None]:
         problem = str(error).removeprefix(f"{path}: ")
         raise ConfigError(str(path), "", problem) from None
     except (OSError, ValueError):
-        raise ConfigError(str(path), "", "is no key file; simgl keys makes them") from None
+        raise ConfigError(str(path), "", "is not a key file; simgl keys makes them") from None
     for key in (public, secret):
         if key is not None and not _KEY.fullmatch(key):
             raise ConfigError(str(path), "", "holds a key that is cut off or damaged")

@@ -214,7 +214,7 @@ def _image(reply: Images, image: CameraImage, planes: Mapping[str, AnyArray]) ->
 
 def _pixels(plane: Plane, frame: memoryview) -> AnyArray:
     if plane.dtype not in DTYPES or min(plane.shape, default=0) < 1:
-        raise BridgeError(f"is no plane: {plane}")
+        raise BridgeError(f"is not a plane: {plane}")
     dtype = np.dtype(plane.dtype)
     expected = math.prod(plane.shape) * dtype.itemsize
     if plane.compression == ZSTD:

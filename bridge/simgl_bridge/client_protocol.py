@@ -230,7 +230,8 @@ class ClientProtocol:
         try:
             reply = unpack_reply(frames)
         except BadMessageError as error:
-            self._fail_all(BridgeError(f"{self.address}: the server sent nonsense: {error}"))
+            problem = f"the server sent an invalid message: {error}"
+            self._fail_all(BridgeError(f"{self.address}: {problem}"))
             return
         id = getattr(reply, "id", None)
         if isinstance(reply, Pong | Welcome) and reply.status is not None:

@@ -94,7 +94,7 @@ class PreviewClient:
     timeout_s : the iteration ends when no preview arrives for so long
     keys : of this client, for a server that requires them
 
-    Raises BridgeError for what is no address, and for a message that is no preview.
+    Raises BridgeError for what is not an address, and for a message that is no preview.
 
     >>> with PreviewClient("tcp://127.0.0.1:5564") as previews:
     ...     for preview in previews:
@@ -119,7 +119,7 @@ class PreviewClient:
             self._socket.subscribe(b"simgl/1")
         except zmq.ZMQError as error:
             self.close()
-            raise BridgeError(f"{address}: is no address ({reason(error)})") from None
+            raise BridgeError(f"{address}: is not an address ({reason(error)})") from None
 
     def __iter__(self) -> Iterator[PreviewImage]:
         return self
@@ -169,9 +169,9 @@ def _unpacked(address: str, frames: list[bytes]) -> tuple[Preview, Image8]:
     try:
         preview = unpack_reply(frames)
     except BadMessageError as error:
-        raise BridgeError(f"{address}: the server sent nonsense: {error}") from None
+        raise BridgeError(f"{address}: the server sent an invalid message: {error}") from None
     if not isinstance(preview, Preview) or len(frames) != 3:
-        raise BridgeError(f"{address}: is no monitor")
+        raise BridgeError(f"{address}: is not a monitor")
     if min(preview.shape) < 1 or int(np.prod(preview.shape)) != len(frames[2]):
         raise BridgeError(f"{address}: a preview announces {preview.shape}, not what it brings")
     return preview, np.frombuffer(frames[2], dtype=np.uint8).reshape(preview.shape)

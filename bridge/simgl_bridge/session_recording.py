@@ -256,7 +256,7 @@ class SessionFile:
         magic = _magic_of(path)
         if magic != MAGIC:
             other = magic.startswith(_NAME)
-            problem = "has another version, or is damaged" if other else "is no recorded session"
+            problem = "has another version, or is damaged" if other else "is not a recorded session"
             raise AssetError(f"{path}: {problem}")
         first = next(self.records(), None)
         if first is None or not isinstance(first[0], Opened):

@@ -99,7 +99,7 @@ def replay_session(
                 for difference in differences:
                     say(f"frame {answered}, state {record.state_hash}: {difference}")
     if session.ignored:
-        say(f"{path}: the last {session.ignored} bytes are no whole record and are ignored")
+        say(f"{path}: the last {session.ignored} bytes are not a complete record and are ignored")
     return result
 
 

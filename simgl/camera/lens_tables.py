@@ -192,7 +192,7 @@ def _psf_image(path: Path, where: str) -> tuple[tuple[float, ...], ...]:
     except AssetError as error:
         raise AssetError(f"{where}: optics.psf_image: {error}") from None
     except ValueError:
-        problem = f"{path} is no image and no .npy array"
+        problem = f"{path} is neither an image nor a .npy array"
         raise ConfigError(where, "optics.psf_image", problem) from None
     if values.dtype.kind not in "uif":
         _fail(where, "psf_image", f"{path} must hold real numbers, got {values.dtype}")

@@ -76,7 +76,7 @@ def _check_names(tables: Sequence[JointTable], keypoints: Collection[str], where
     for index, table in enumerate(tables):
         key = f"joint {table.name}"
         if any(other.name == table.name for other in tables[:index]):
-            raise ConfigError(where, key, "is there twice")
+            raise ConfigError(where, key, "is defined twice")
         for name in table.keypoints:
             if name not in keypoints:
                 raise ConfigError(where, key, f"names no keypoint: {did_you_mean(name, keypoints)}")
@@ -119,7 +119,7 @@ def _parent(
         above = _above(places[index], places)
         return _last(above, tables) if above else None
     if given not in names:
-        problem = f"has a parent that is no joint: {did_you_mean(given, names)}"
+        problem = f"has a parent that is not a joint: {did_you_mean(given, names)}"
         raise ConfigError(where, f"joint {tables[index].name}", problem)
     return names.index(given)
 
@@ -133,7 +133,7 @@ def _check_ends(tables: Sequence[JointTable], parents: Sequence[int | None], whe
             parent = parents[parent]
         if parent == start:
             circle = " on ".join(tables[index].name for index in (*passed, start))
-            raise ConfigError(where, f"joint {tables[start].name}", f"sits on itself: {circle}")
+            raise ConfigError(where, f"joint {tables[start].name}", f"carries itself: {circle}")
 
 
 def _parts(

@@ -120,7 +120,7 @@ def test_a_key_on_the_list_that_cannot_be_read_is_named(ring: Ring, tmp_path: Pa
     damaged = tmp_path / "old.key"
     good = (ring.folder / "stranger.key").read_text()
     for text, problem in (
-        ("not a key\n", "is no key file; simgl keys makes them"),
+        ("not a key\n", "is not a key file; simgl keys makes them"),
         (good.rstrip('"\n')[:-3] + '"\n', "holds a key that is cut off or damaged"),
     ):
         damaged.write_text(text)

@@ -211,8 +211,8 @@ def test_a_record_that_is_damaged_is_named(tmp_path: Path) -> None:
 def test_what_is_no_session_is_said(tmp_path: Path) -> None:
     path = tmp_path / "x.simgl-session"
     for content, problem in (
-        (b"", "is no recorded session"),
-        (b"nonsense" * 9, "is no recorded session"),
+        (b"", "is not a recorded session"),
+        (b"nonsense" * 9, "is not a recorded session"),
         (b"simgl session 2\n", "has another version, or is damaged"),
         (MAGIC, "does not say what was served; nothing was recorded"),
     ):

@@ -182,7 +182,7 @@ def test_contradictory_options_and_other_campaigns_are_refused(
     assert run(monkeypatch, path, "--out", out, "--workers", "2", "--scheduler", "tcp://x:1") == 2
     assert "--scheduler brings its own workers" in capsys.readouterr().err
     assert run(monkeypatch, path, "--out", out, "--scheduler", "nowhere") == 2
-    assert "--scheduler is no scheduler that answers: nowhere" in capsys.readouterr().err
+    assert "--scheduler is not a scheduler that answers: nowhere" in capsys.readouterr().err
     assert run(monkeypatch, path, "--out", out) == 0
     path.write_text(head.replace("seed = 5", "seed = 6") + DRAW)
     before = contents(out)

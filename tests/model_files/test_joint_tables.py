@@ -115,16 +115,16 @@ def test_two_joints_of_one_part_need_a_parent_and_move_it_together(folder: Path)
     ("old", "new", "complaint"),
     [
         ('parent = "elbow"', 'parent = "elbo"',
-         'arm.toml: joint reach has a parent that is no joint: did you mean "elbow"? '
+         'arm.toml: joint reach has a parent that is not a joint: did you mean "elbow"? '
          "(allowed: elbow, reach, shoulder)"),
         ('parent = "elbow"', 'parent = "reach"',
-         "arm.toml: joint reach sits on itself: reach on reach"),
+         "arm.toml: joint reach carries itself: reach on reach"),
         ('keypoints = ["tip"]', 'keypoints = ["tip"]\nparent = "reach"',
-         "arm.toml: joint elbow sits on itself: elbow on reach on elbow"),
+         "arm.toml: joint elbow carries itself: elbow on reach on elbow"),
         ('part = "tool"', 'part = "tol"',
          'arm.toml: joint reach names no part: did you mean "tool"? '
          "(allowed: hull, lamp, lower, pivot, tool, upper)"),
-        ('name = "reach"', 'name = "elbow"', "arm.toml: joint elbow is there twice"),
+        ('name = "reach"', 'name = "elbow"', "arm.toml: joint elbow is defined twice"),
         ("range_m = [-0.5, 1.0]", "range_m = [0.5, 1.0]",
          "arm.toml: joint reach must have 0, the stored position, in its range_m"),
         ("range_m = [-0.5, 1.0]", "range_deg = [-0.5, 1.0]",

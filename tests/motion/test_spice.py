@@ -313,7 +313,7 @@ def test_a_spacecraft_follows_its_kernels(folder: Path) -> None:
         ("naif_id = -999, ", "", "trajectory.span_s requires naif_id"),
         ("naif_id = -999, span_s = [0.0, 300.0]", "object = 'a'",
          "is a SPICE kernel; give a meta-kernel"),
-        ('file = "mission.tm", naif', 'file = "a.tf", naif', "a.tf: is no SPICE meta-kernel"),
+        ('file = "mission.tm", naif', 'file = "a.tf", naif', "a.tf: is not a SPICE meta-kernel"),
         ('file = "mission.tm", naif', 'file = "a.bsp", naif', "a.bsp: is one SPICE kernel; "),
         ("naif_id", "frame = 'x', naif_id", "trajectory.frame is allowed only in attitude_file"),
         ("naif_id", "object = 'x', naif_id",

@@ -188,7 +188,11 @@ def test_joints_follow_numbers_a_file_and_the_sun(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "complaint"),
     [
-        ("bay_door_left = ", "bay_door = ", 'joints_deg.bay_door "bay_door" is no joint of this'),
+        (
+            "bay_door_left = ",
+            "bay_door = ",
+            'joints_deg.bay_door "bay_door" is not a joint of',
+        ),
         (
             "= -90.0 }",
             "= -120.0 }",
@@ -205,7 +209,7 @@ def test_joints_follow_numbers_a_file_and_the_sun(folder: Path) -> None:
             'joints_deg and the other keys move "body_flap_left" twice',
         ),
         ("flaps.csv", "none.csv", "joint_file: "),
-        ("flaps.csv", "target.oem", "is no table of joint angles"),
+        ("flaps.csv", "target.oem", "is not a table of joint angles"),
         ("flaps.csv", "chaser.csv", "names no joint angle joint_NAME_deg"),
     ],
 )

@@ -179,7 +179,7 @@ def read_angles(
     """
     lines = lines_of(path, text_of(path))
     if _kind(lines, path) != "table":
-        _fail(path, "is no table of joint angles (CSV) with a header")
+        _fail(path, "is not a table of joint angles (CSV) with a header")
     table = Table(lines, epoch_tai_ns)
     names, angles, slides = table.joint_angles()
     return SampledAngles(

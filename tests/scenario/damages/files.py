@@ -48,7 +48,7 @@ DAMAGES = (
         " [render]: gather requires inter_reflection = true",
     ),
     Damage(
-        "epoch is no table",
+        "epoch is not a table",
         EPOCH,
         'epoch = "2026-03-20T12:00:00"\n',
         ' [epoch]: must be a table, got "2026-03-20T12:00:00"',
