@@ -5,7 +5,8 @@
 - ``client``, ``async_client``: sockets around ``client_protocol``, which makes requests and
   verifies replies; ``client_call``: deadlines and retries of one request;
   ``client_images``, ``client_errors``, ``body_pose``: what they take and return
-- ``server``: the loop and the queue; ``simgl1_endpoint`` and ``basilisk``: the two protocols
+- ``server``: the loop and the queue; ``simgl1_endpoint`` and ``basilisk``: the two protocols;
+  ``image_replies``, ``free_run``: replies with images, in lock-step and of the newest state
 - ``render_queue``, ``renderer_link``: from there to the renderer, which is another process:
   ``render_process``, ``render_request``, ``render_session``: from a request to its images
 - ``session_recording``, ``session_replay``: what was asked and answered, in a file, and again
