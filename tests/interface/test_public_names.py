@@ -109,7 +109,7 @@ def test_a_public_name_has_a_docstring_and_an_example(name: str) -> None:
 def public_callables() -> Iterator[tuple[str, Callable[..., object], str]]:
     """Name, signature's owner and docstring of what the page documents, with public methods."""
     named = [(p, name) for p in (simgl, simgl_bridge) for name in p.__all__ if name[0] != "_"]
-    for module in map(importlib.import_module, PUBLIC_MODULES - {"simgl.arrays"}):
+    for module in map(importlib.import_module, sorted(PUBLIC_MODULES - {"simgl.arrays"})):
         defined = (n for n, v in vars(module).items() if inspect.getmodule(v) is module)
         named += [(module, name) for name in defined if name[0] != "_" and name.isidentifier()]
     for package, name in named:
