@@ -184,6 +184,15 @@ def test_larger_examples_import_few_inner_modules() -> None:
         importlib.import_module(module)
 
 
+def test_pages_import_modules_that_the_page_of_the_interface_names() -> None:
+    pages = [*(ROOT / "docs").glob("*.md"), *(ROOT / "docs" / "howto").glob("*.md")]
+    texts = "\n".join(page.read_text() for page in pages)
+    used = set(re.findall(r"^from (simgl\.[\w.]+) import", texts, re.M))
+    assert used
+    for module in used:
+        assert f"`{module}." in PAGE.read_text(), module
+
+
 def test_the_readme_imports_public_names_only() -> None:
     text = (ROOT / "README.md").read_text()
     for names in re.findall(r"^from simgl import (.*)$", text, re.M):
