@@ -12,12 +12,14 @@ import zlib
 import numpy as np
 from PIL import Image, UnidentifiedImageError
 
-from simgl.arrays import AnyArray
+from simgl.arrays import AnyArray, Image8
 
 # Pillow reads more, some of them by starting other programs.
 IMAGE_FORMATS = ("PNG", "JPEG", "TIFF", "WEBP", "BMP", "GIF", "PPM", "JPEG2000")
 # Of one file's arrays together.
 _MAX_ARRAY_BYTES = 4 << 30
+# Of an image that are copied together.
+_STRIP_ROWS = 16
 # What numpy reads of the text before an array, and more.
 _MAX_HEADER_BYTES = 1 << 16
 
@@ -52,6 +54,19 @@ def decoded_image(
 
 class _TooLargeError(Exception):
     """More pixels than are read."""
+
+
+def copy_pixels(image: Image.Image, pixels: Image8) -> None:
+    """Copy an image's pixels to an array (h, w, channels).
+
+    Strip by strip: of a large image at once Pillow makes two more copies, in memory that is new to
+    the process and has to be cleared for them.
+    """
+    shape = -1, image.width, pixels.shape[2]
+    for top in range(0, image.height, _STRIP_ROWS):
+        bottom = min(top + _STRIP_ROWS, image.height)
+        strip = np.asarray(image.crop((0, top, image.width, bottom)))
+        pixels[top:bottom] = strip.reshape(shape)
 
 
 def array_in(content: bytes | memoryview, *, view: bool = False) -> AnyArray:

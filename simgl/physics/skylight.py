@@ -152,11 +152,18 @@ def _by_look(
     looking = _legendre(m, looks)
     incoming = _legendre(m, mu) * np.sqrt(np.maximum(1.0 - mu**2, 0.0)) ** m
     sunward = _legendre(m, suns) * np.sqrt(np.maximum(1.0 - suns**2, 0.0)) ** m
-    per_order = np.einsum("lhi,hi,ihsb->lhsb", incoming, weight, harmonic, optimize=True)
+    # Height by height: products so small that BLAS keeps them to one thread. Woken ones keep the
+    # cores busy while they wait for the next product.
+    moments = np.moveaxis(incoming, 1, 0) * weight[:, None]
+    field = np.moveaxis(harmonic, 1, 0)
+    per_order = (moments @ field.reshape(*field.shape[:2], -1)).reshape(
+        len(mu), len(order), *harmonic.shape[2:]
+    )
     g = asymmetry ** order[:, None]
-    per_order -= np.einsum("lb,ls,hsb->lhsb", g, sunward, aureole, optimize=True)
-    made = np.einsum("l,lb,lo,lhsb->hosb", scale, g, looking, per_order, optimize=True)
-    return made / (4.0 * np.pi)
+    per_order -= g[:, None] * sunward[:, :, None] * aureole[:, None]
+    scattering = np.einsum("l,lb,lo->bol", scale, g, looking)
+    made = scattering @ np.ascontiguousarray(np.moveaxis(per_order, 3, 1))
+    return np.moveaxis(made, 1, 3) / (4.0 * np.pi)
 
 
 def _legendre(m: int, x: Array) -> Array:

@@ -7,13 +7,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import sparse
 
-from simgl.arrays import Array, IndexArray, Mask
+from simgl.arrays import Array, Array32, IndexArray, Mask
 from simgl.progress import ProgressCallback, silent
 from simgl.radiosity.gather_points import (
     BURIED,
     LIFT,
     GatherPoints,
     GatherRays,
+    Places,
     cast,
     counts,
     face_normals,
@@ -27,7 +28,7 @@ from simgl.radiosity.light_grids import light_grids
 from simgl.radiosity.light_transport import LightTransport, by_columns
 from simgl.radiosity.near_means import near_means
 from simgl.radiosity.occlusion import moved_into_open
-from simgl.radiosity.patch_cells import cell_index, patch_cells
+from simgl.radiosity.patch_cells import CellIndex, SeenCells, cell_index, patch_cells
 from simgl.radiosity.patches import SAMPLES, Patches, cluster
 from simgl.radiosity.remesh import subdivided
 from simgl.radiosity.sun_gather import cells_seen
@@ -117,7 +118,7 @@ def traced(
     """The transport of any body."""
     report = silent if progress is None else progress
     fine = refined(mesh, sides, settings)
-    tracer = RayTracer(fine)
+    tracer = RayTracer(fine, watertight=False)
     points = gather_points_of(fine, sides)
     if sides == 1:
         points = moved_into_open(fine, tracer, points)
@@ -125,17 +126,7 @@ def traced(
     total = 4 * number
     report(0, total)
     seen = cast(fine, tracer, points, sides, settings.gather_rays, lambda done: report(done, total))
-    exposure = np.concatenate(
-        [
-            np.where(seen.buried, 0.0, seen.hit_share)[row[fine.triangles.astype(np.int64)]].mean(
-                axis=1
-            )
-            for row in points.of_vertex
-        ]
-    )
-    if not exposure.any():
-        exposure = np.ones_like(exposure)
-    patches = cluster(fine, sides, exposure, settings.patches)
+    patches = cluster(fine, sides, _exposure(fine, points, seen), settings.patches)
     chosen = largest(fine, points, seen, settings)
     index = cell_index(fine, patches.of_side, settings.cells)
     by_sun, _ = cells_seen(
@@ -149,7 +140,6 @@ def traced(
         False,
         lambda done: report(number + 2 * done, total),
     )
-    factors, sky, point_open = patch_form_factors(fine, tracer, sides, patches, settings.patch_rays)
     used, of_vertex = _points_of_vertices(fine, points, seen.buried)
     transport = _assembled(
         fine,
@@ -158,24 +148,54 @@ def traced(
         seen,
         patches,
         (chosen, by_sun.of_patches(index)),
-        (factors, sky, point_open),
+        patch_form_factors(fine, tracer, sides, patches, settings.patch_rays),
         settings,
     )
-    grids, at_nodes, of_nodes = light_grids(
+    transport = _with_finer_sunlight(
         transport,
         tracer,
         index,
-        settings.grids,
-        settings.grid_rays,
+        by_sun.of_rows(used),
+        seen.nearness[used],
+        places_of(points, used, seen.open, sides),
+        settings,
         lambda done, count: report(3 * number + number * done // count, total),
     )
     report(total, total)
-    cells = patch_cells(fine, index, by_sun.of_rows(used), at_nodes)
+    return transport
+
+
+def _exposure(mesh: Mesh, points: GatherPoints, seen: GatherRays) -> Array:
+    """(m * sides,) share of the directions above each triangle's side in which it sees the body."""
+    of_points = np.where(seen.buried, 0.0, seen.hit_share)
+    corners = mesh.triangles.astype(np.int64)
+    sides = [of_points[of_vertex[corners]].mean(axis=1) for of_vertex in points.of_vertex]
+    exposure = np.concatenate(sides)
+    return exposure if exposure.any() else np.ones_like(exposure)
+
+
+def _with_finer_sunlight(
+    transport: LightTransport,
+    tracer: RayTracer,
+    index: CellIndex,
+    at_points: SeenCells,
+    nearness: Array32,
+    at_vertices: Places,
+    settings: BakeSettings,
+    report: ProgressCallback,
+) -> LightTransport:
+    """The transport with cells and grids, and values between which light has its rays' means.
+
+    at_points, nearness, at_vertices : of the gather points of vertices, what they see of cells, as
+        of ``mean_nearness``, and where their rays start
+    """
+    grids, at_nodes, of_nodes = light_grids(
+        transport, tracer, index, settings.grids, settings.grid_rays, report
+    )
+    cells = patch_cells(transport.mesh, index, at_points, at_nodes)
     transport = replace(transport, cells=cells, grids=grids)
-    nearness = seen.nearness[used]
     if at_nodes is not None:
         nearness = np.concatenate([nearness, at_nodes.nearness])
-    at_vertices = places_of(points, used, seen.open, sides)
     return replace(
         transport,
         means=near_means(transport, nearness),
@@ -258,7 +278,7 @@ def patch_directions(normals: Array, rays: int) -> Array:
     turn = frames(normals.reshape(-1, 3)).reshape(count, SAMPLES, 3, 3)
     # Another turn about the normal for each patch: what few rays miss evens out over a wall.
     turn = turn @ spins(count)[:, None]
-    return np.asarray(np.einsum("psij,skj->pski", turn, pattern, optimize=True))
+    return np.matmul(pattern, np.swapaxes(turn, 2, 3))
 
 
 def patch_form_factors(

@@ -134,32 +134,38 @@ def face_normals(mesh: Mesh) -> tuple[Array, Array]:
     return unit_rows(cross), 0.5 * np.linalg.norm(cross, axis=1)
 
 
-def gather_points_of(mesh: Mesh, sides: int, radius: float | None = None) -> GatherPoints:
-    """The gather points of a mesh's vertices; ``sides`` is 2 where surfaces are seen from both.
-
-    radius : of the body that the mesh is a part of [m]; None where it is all of it
-    """
+def distinct_points(mesh: Mesh) -> tuple[IndexArray, Array]:
+    """(v,) a number for each (place, normal) of a mesh's vertices, and (v, 3) these normals."""
     count = len(mesh.positions)
     triangles = mesh.triangles.astype(np.int64)
-    faces, areas = face_normals(mesh)
     normals = mesh.normals.astype(np.float64)
     length = np.linalg.norm(normals, axis=1)
     # Where interpolated normals cancel, the facets decide.
     flat = np.zeros((count, 3))
+    faces, areas = face_normals(mesh)
     for k in range(3):
         np.add.at(flat, triangles[:, k], faces * areas[:, None])
     normals = unit_rows(np.where(length[:, None] > 0.1, normals, flat))
     normals[np.linalg.norm(normals, axis=1) < 0.5] = (0.0, 0.0, 1.0)
     bins = np.round(normals * 512.0).astype(np.int64) + 1024
     keys = np.stack([position_ids(mesh.positions), *bins.T], axis=1)
-    row = np.unique(keys @ _KEY_WEIGHTS, return_inverse=True)[1].ravel()
+    return np.unique(keys @ _KEY_WEIGHTS, return_inverse=True)[1].ravel(), normals
+
+
+def gather_points_of(mesh: Mesh, sides: int, radius: float | None = None) -> GatherPoints:
+    """The gather points of a mesh's vertices; ``sides`` is 2 where surfaces are seen from both.
+
+    radius : of the body that the mesh is a part of [m]; None where it is all of it
+    """
+    row, normals = distinct_points(mesh)
     count_of_side = int(row.max()) + 1
     first = np.zeros(count_of_side, dtype=np.int64)
-    first[row] = np.arange(count)
+    first[row] = np.arange(len(row))
     place, n = mesh.positions[first].astype(np.float64), normals[first]
     outwards = [n, -n][:sides]
     lift = LIFT * (mesh.radius if radius is None else radius)
-    around = [_around(mesh, row[triangles], areas, place, n) for n in outwards]
+    corners, areas = row[mesh.triangles.astype(np.int64)], face_normals(mesh)[1]
+    around = [_around(mesh, corners, areas, place, n) for n in outwards]
     return GatherPoints(
         origins=np.concatenate(
             [at + lift * n[:, None] for (at, _, _), n in zip(around, outwards, strict=True)]
@@ -237,7 +243,7 @@ def cast(
     faces = face_normals(mesh)[0].astype(np.float32)
     rounded, sky_rays_row = rounded_normals(points.normals)
     # float64: a few directions are on the edges of cells.
-    cells = sky_cell(_turned(rounded, pattern))
+    cells = sky_cell(_turned(rounded, pattern)).astype(np.uint8)
     frame, pattern = frames(rounded).astype(np.float32), pattern.astype(np.float32)
     columns, gap = len(mesh.triangles), GAP * mesh.radius
 
@@ -248,28 +254,25 @@ def cast(
         origins = np.tile(points.origins[part].astype(np.float32), (1, rays // PLACES, 1))
         triangle, distance = tracer.hits(origins.reshape(-1, 3), directions)
         met = np.flatnonzero(triangle >= 0)
-        side = triangle[met].astype(np.int64)
+        side = triangle.take(met).astype(np.int64)
         towards = faces.take(side, axis=0), directions.take(met, axis=0)
         behind = np.einsum("ij,ij->i", *towards) > 0.0
-        # Rays of a place inside another part count for nothing; the others stand for them.
-        point: IndexArray = met // rays
-        ray = met % rays
-        place = point * PLACES + ray % PLACES
-        inside = np.bincount(place[behind], minlength=count * PLACES)
-        usable = (inside <= BURIED * rays / PLACES) | (sides == 2)
-        number = usable.reshape(-1, PLACES).sum(axis=1)
-        each = np.where(usable, np.repeat(PLACES / np.maximum(number, 1), PLACES), 0.0)
-        share: Array = each[place]
-        reach: Array = distance[met].astype(np.float64)
-        to_body = np.where(behind & (sides == 1), 0.0, share)
-        side += columns * (behind & (sides == 2))
+        point, place = point_and_place(met, rays)
+        usable, weight = open_places(place[behind & (sides == 1)], count, rays)
+        each = np.where(usable, weight[:, None], 0.0).ravel()
+        share: Array = each.take(place)
+        reach: Array = distance.take(met).astype(np.float64)
         near = np.bincount(point, share * reach / (reach + gap), minlength=count)
+        occluded = np.flatnonzero(share > 0.0)
+        cell = cells[row].ravel().take(met[occluded]).astype(np.int64)
+        to_body = np.flatnonzero((share > 0.0) & ~(behind & (sides == 1)))
+        side += columns * (behind & (sides == 2))
         return _Part(
             hit_share=np.asarray(near, dtype=np.float64),
             nearness=mean_nearness(point, reach + gap, count, rays),
-            hits=_sums(point, side, to_body, (count, columns * sides)),
-            occluded=_sums(point, cells[row[point], ray], share, (count, SKY_CELLS)),
-            open=usable.reshape(-1, PLACES),
+            hits=counts(point[to_body], side[to_body], (count, columns * sides), weight),
+            occluded=counts(point[occluded], cell, (count, SKY_CELLS), weight),
+            open=usable,
         )
 
     parts = in_turn(traced, np.arange(len(points.origins)), rays, tick)
@@ -284,6 +287,28 @@ def cast(
         sky_rays=sky_rays,
         sky_rays_row=sky_rays_row,
     )
+
+
+def point_and_place(ray: IndexArray, rays: int) -> tuple[IndexArray, IndexArray]:
+    """(n,) which point and which of all places (points, PLACES) rays start from.
+
+    ray : (n,) their numbers; rays : of each point
+    """
+    point: IndexArray = ray // rays
+    return point, point * PLACES + ray % PLACES
+
+
+def open_places(behind: IndexArray, points: int, rays: int) -> tuple[Mask, Array]:
+    """(points, PLACES) which places are outside other parts, and (points,) what a ray of these
+    counts: those of a place inside another part count for nothing, and the others of its point
+    stand for them.
+
+    behind : the places of rays that met a closed body from behind; rays : of each point
+    """
+    inside = np.bincount(behind, minlength=points * PLACES)
+    usable = (inside <= BURIED * rays / PLACES).reshape(-1, PLACES)
+    number = usable.sum(axis=1)
+    return usable, np.where(number > 0, PLACES / np.maximum(number, 1), 0.0)
 
 
 def mean_nearness(point: IndexArray, distance: Array | Array32, count: int, rays: int) -> Array32:
@@ -304,21 +329,21 @@ def _turned(normals: Array, pattern: Array) -> Array:
     return np.matmul(pattern[None], np.swapaxes(frames(normals), 1, 2))
 
 
-def _sums(
-    rows: IndexArray, columns: IndexArray, values: Array, shape: tuple[int, int]
+def counts(
+    rows: IndexArray, columns: IndexArray, shape: tuple[int, int], weight: Array | None = None
 ) -> sparse.csr_matrix:
-    """The values of each (row, column) together, as float32, without zeros; rows ascend."""
-    ends = np.append(0, np.cumsum(np.bincount(rows, minlength=shape[0])))
-    sums = sparse.csr_matrix((values.astype(np.float32), columns, ends), shape=shape)
-    sums.sum_duplicates()
-    sums.eliminate_zeros()
-    return sums
-
-
-def counts(rows: IndexArray, columns: IndexArray, shape: tuple[int, int]) -> sparse.csr_matrix:
-    """How often each (row, column) occurs, as float32."""
-    ones = np.ones(len(rows), dtype=np.float32)
-    return sparse.coo_matrix((ones, (rows, columns)), shape=shape).tocsr()
+    """How often each (row, column) occurs, as float32; times a weight of each row (n,)."""
+    keys = rows.astype(np.int64) * shape[1] + columns
+    # Numbers are sorted several times as fast as the rows of a matrix.
+    keys.sort()
+    first = np.flatnonzero(np.diff(keys, prepend=-1))
+    number = np.diff(first, append=len(keys)).astype(np.float32)
+    row, column = np.divmod(keys[first], shape[1])
+    if weight is not None:
+        number *= weight.astype(np.float32).take(row)
+    ends = np.zeros(shape[0] + 1, dtype=np.int32)
+    np.cumsum(np.bincount(row, minlength=shape[0]), out=ends[1:])
+    return sparse.csr_matrix((number, column.astype(np.int32), ends), shape=shape)
 
 
 def nearest_open(mesh: Mesh, points: GatherPoints, buried: Mask) -> IndexArray:

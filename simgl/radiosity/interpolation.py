@@ -23,6 +23,8 @@ from simgl.radiosity.light_transport import LightGrids, LightTransport, by_colum
 
 # Of weights.
 _STEP = 2.0**-20
+# Of places in steps of a grid, far beyond what float64 leaves unsure.
+_ROUNDING = 1e-9
 
 
 class _Entries(NamedTuple):
@@ -116,10 +118,8 @@ def _between_nodes(transport: LightTransport, grids: LightGrids, at: _OpenPlaces
     """Linear between the nodes of grids, some of which have what is linear between the corners."""
     number = np.zeros(len(transport.mesh.triangles), dtype=np.int64)
     number[grids.triangles] = np.arange(len(grids.triangles))
-    # Hats on a triangular lattice: 1 less the largest step along its three axes.
-    away = np.abs(STEPS - CUTS * at.weights[:, None]).max(axis=2)
-    place, node = np.nonzero(away < 1.0)
-    share = 1.0 - away[place, node]
+    nodes, shares = nodes_around(at.weights)
+    place, node, share = np.repeat(np.arange(len(nodes)), 3), nodes.ravel(), shares.ravel()
     point = grids.point_of_node[number[at.triangle[place]], node, at.side[place]]
     held = point >= 0
     columns = transport.gather.shape[0] + point[held]
@@ -129,3 +129,32 @@ def _between_nodes(transport: LightTransport, grids: LightGrids, at: _OpenPlaces
         _Entries(at.row[place[held]], columns, share[held]),
         rest._replace(values=rest.values * np.repeat(share[~held], 3)),
     ]
+
+
+def nodes_around(weights: Array) -> tuple[IndexArray, Array]:
+    """(n, 3) nodes of the small triangle of a grid that each place lies in, and the shares that
+    are linear between them.
+
+    weights : (n, 3) of the grid's corners at the places
+    """
+    along = CUTS * weights
+    low = np.floor(along + _ROUNDING).astype(np.int64)
+    # On a node: any of the small triangles about it.
+    on_node = np.flatnonzero(low.sum(axis=1) == CUTS)
+    low[on_node, np.argmax(low[on_node], axis=1)] -= 1
+    beyond = along - low
+    # Small triangles stand as the grid does, or upside down.
+    turned = low.sum(axis=1)[:, None] < CUTS - 1
+    shares = np.where(turned, 1.0 - beyond, beyond)
+    i, j = (low[:, [k]] + ((np.arange(3) == k) != turned) for k in range(2))
+    return _NODE_OF_STEPS[i, j], np.clip(shares, 0.0, 1.0)
+
+
+def _node_of_steps() -> IndexArray:
+    number = np.full((CUTS + 1, CUTS + 1), -1)
+    number[STEPS[:, 0], STEPS[:, 1]] = np.arange(len(STEPS))
+    return number
+
+
+# (CUTS + 1, CUTS + 1) nodes by their steps along the first two axes.
+_NODE_OF_STEPS = _node_of_steps()

@@ -15,6 +15,7 @@ from simgl.arrays import Array, Array32, IndexArray, Mask
 from simgl.progress import ProgressCallback
 from simgl.radiosity.gather_points import (
     Places,
+    distinct_points,
     face_normals,
     gather_points_of,
     nearest_open,
@@ -243,7 +244,7 @@ _PIECES = _pieces()
 def _continuous(mesh: Mesh, chosen: IndexArray) -> Mask:
     """(t, NODES) nodes about which all triangles have grids: on the rim the vertices' light holds,
     so that it has no step there."""
-    corner = gather_points_of(mesh, 1).of_vertex[0][mesh.triangles.astype(np.int64)]
+    corner = distinct_points(mesh)[0][mesh.triangles.astype(np.int64)]
     without = np.ones(len(corner), dtype=np.bool_)
     without[chosen] = False
     ends = np.sort(np.stack([corner, np.roll(corner, -1, axis=1)], axis=2), axis=2)

@@ -91,7 +91,8 @@ def _links_of_grids(node: IndexArray, held: Mask, corners: IndexArray) -> list[I
 def _means(links: IndexArray, place: Array, normal: Array, nearness: Array32) -> sparse.csc_matrix:
     count = len(place)
     first, second = np.sort(links[links[:, 0] != links[:, 1]], axis=1).T
-    first, second = np.divmod(np.unique(first * count + second), count)
+    keys = np.sort(first * count + second)
+    first, second = np.divmod(keys[np.diff(keys, prepend=-1) > 0], count)
     separation = np.linalg.norm(place[first] - place[second], axis=1)
     weight = 1.0 - separation * np.maximum(nearness[first], nearness[second]) / _REACH
     alike = np.einsum("ij,ij->i", normal[first], normal[second]) > _SMOOTH

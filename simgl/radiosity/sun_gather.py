@@ -10,12 +10,14 @@ from scipy import sparse
 
 from simgl.arrays import Array32, IndexArray, Mask
 from simgl.radiosity.gather_points import (
-    BURIED,
     GAP,
     PLACES,
     GatherPoints,
+    counts,
     face_normals,
     mean_nearness,
+    open_places,
+    point_and_place,
 )
 from simgl.radiosity.hemisphere import cosine_directions, frames, spins
 from simgl.radiosity.in_turn import in_turn
@@ -68,24 +70,20 @@ def cells_seen(
         origins = np.tile(points.origins[part].astype(np.float32), (1, rays // PLACES, 1))
         triangle, distance = tracer.hits(origins.reshape(-1, 3), directions)
         met = np.flatnonzero(triangle >= 0)
-        side = triangle[met].astype(np.int64)
-        directions, distance = directions.take(met, axis=0), distance.take(met)
-        near = mean_nearness(met // rays, distance + gap, len(part), rays)
+        side, distance = triangle.take(met).astype(np.int64), distance.take(met)
+        directions = directions.take(met, axis=0)
         behind = np.einsum("ij,ij->i", faces.take(side, axis=0), directions) > 0.0
-        if sides == 1:
-            share, open_[part] = _shares(met, behind, len(part), rays)
-        else:
-            side += len(faces) * behind
-            share = np.ones(len(met), dtype=np.float32)
-        directions *= distance[:, None]
-        directions += origins.reshape(-1, 3).take(met, axis=0)
-        of_use = np.flatnonzero(share > 0.0)
+        point, place = point_and_place(met, rays)
+        near = mean_nearness(point, distance + gap, len(part), rays)
+        usable, weight = open_places(place[behind & (sides == 1)], len(part), rays)
+        open_[part] = usable
+        side += len(faces) * (behind & (sides == 2))
+        of_use = np.flatnonzero(usable.ravel().take(place) & ~(behind & (sides == 1)))
         side, places = side[of_use], directions.take(of_use, axis=0)
+        places *= distance[of_use, None]
+        places += origins.reshape(-1, 3).take(met[of_use], axis=0)
         cell = index.of(side, places)
-        number = np.bincount(met[of_use] // rays, minlength=len(part))
-        entries = share[of_use] / np.float32(rays), cell, np.append(0, np.cumsum(number))
-        shares = sparse.csr_matrix(entries, shape=(len(part), index.count))
-        shares.sum_duplicates()
+        shares = counts(point[of_use], cell, (len(part), index.count), weight / rays)
         first = _first_of_each(cell, index.count)
         return _Part(shares, cell[first], places[first], side[first], near)
 
@@ -119,17 +117,3 @@ def _first_of_each(number: IndexArray, count: int) -> IndexArray:
     # The last writer of a place wins.
     first[number[::-1]] = place[::-1]
     return np.flatnonzero(first[number] == place)
-
-
-def _shares(ray: IndexArray, behind: Mask, points: int, rays: int) -> tuple[Array32, Mask]:
-    """(n,) what each ray that met a closed body counts: those of a place inside another part do not
-    count, and the others of its point stand for them, as in ``gather_points.cast``. Also which
-    places (k, PLACES) are outside."""
-    place = ray // rays * PLACES + ray % PLACES
-    inside = np.bincount(place[behind], minlength=points * PLACES)
-    usable = inside <= BURIED * rays / PLACES
-    number = usable.reshape(-1, PLACES).sum(axis=1)
-    each = np.repeat(PLACES / np.maximum(number, 1), PLACES)
-    share: Array32 = np.where(usable, each, 0.0).astype(np.float32)[place]
-    share[behind] = 0.0
-    return share, usable.reshape(-1, PLACES)

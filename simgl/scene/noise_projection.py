@@ -13,6 +13,8 @@ import scipy
 
 from simgl.arrays import AnyArray, Array32, Image8
 from simgl.disk_cache import computed_once, is_computed
+from simgl.scene import knot_table
+from simgl.scene.knot_table import interpolated
 
 SIZE = 1024
 # Of a texel [km], where the chart is not drawn out: by up to 1.4 about the faces' corners.
@@ -62,7 +64,7 @@ def has_chart(seed: int) -> bool:
 
 
 def _source(seed: int) -> tuple[str, tuple[str, ...], object]:
-    return "earth", (__name__, "numpy", "scipy"), ("chart", seed)
+    return "earth", (__name__, knot_table.__name__, "numpy", "scipy"), ("chart", seed)
 
 
 def _packed(codes: tuple[Image8, ...], left: Array32) -> dict[str, AnyArray]:
@@ -269,4 +271,4 @@ def _normal(field: Array32, rng: np.random.Generator) -> Array32:
     even = scipy.special.ndtr(np.linspace(-5.0, 5.0, _BENT_LEVELS))
     chosen = np.unique(np.round(even * (levels.size - 1)).astype(np.int64))
     wanted = scipy.special.ndtri((chosen + 0.5) / levels.size)
-    return np.interp(field, levels[chosen], wanted).astype(np.float32)
+    return interpolated(field, levels[chosen], wanted)

@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 
 from simgl.arrays import Array32, Image8
 from simgl.disk_cache import computed_once
+from simgl.scene import knot_table
+from simgl.scene.knot_table import interpolated
 
 SIZE = 128
 # Middles of the first and last octave, in cycles along an edge; the last is four texels long.
@@ -27,7 +29,7 @@ SLOPE_RANGE = 4.0
 @lru_cache(maxsize=1)
 def noise_volume(seed: int) -> Image8:
     """What ``make_volume`` returns, made once on a machine."""
-    made_by = (__name__, "numpy", "scipy")
+    made_by = (__name__, knot_table.__name__, "numpy", "scipy")
     return computed_once(
         "earth",
         made_by,
@@ -94,4 +96,4 @@ def _evenly_spread(field: Array32, rng: np.random.Generator) -> Array32:
     places = rng.uniform(0.0, SIZE, (3, 200_000))
     levels = np.sort(scipy.ndimage.map_coordinates(field, places, order=1, mode="grid-wrap"))
     share = np.linspace(0.0, 1.0, levels.size)
-    return np.interp(field, levels, share).astype(np.float32)
+    return interpolated(field, levels, share)

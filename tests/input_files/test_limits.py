@@ -14,10 +14,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from benchmarks.damaged_files.valid_files import CARD, SCENE, glb, gltf, png, write_all
 from simgl.config.validation import MAX_DEPTH
-from simgl.decoded_files import array_in, arrays_in, decoded_image
+from simgl.decoded_files import array_in, arrays_in, copy_pixels, decoded_image
 from simgl.disk_cache import read_arrays
 from simgl.errors import AssetError, ConfigError, SimglError, did_you_mean
 from simgl.model_files.gltf_file import MAX_NODE_DEPTH, MAX_NODES
@@ -281,6 +282,16 @@ def test_pixels_are_counted_before_they_are_decoded() -> None:
     assert decoded_image(image, 600).size == (30, 20)
     with pytest.raises(ValueError, match="has 30 x 20 pixels, at most 599 in all are read"):
         decoded_image(image, 599)
+
+
+@pytest.mark.parametrize("mode", ["L", "RGB"])
+def test_pixels_are_copied_into_channels_of_an_array(mode: str) -> None:
+    """Of more rows than are copied at once, and no multiple of these."""
+    values = np.random.default_rng(1).integers(0, 256, (41, 30, len(mode)), dtype=np.uint8)
+    pixels = np.zeros((41, 30, 4), dtype=np.uint8)
+    copy_pixels(Image.fromarray(values.squeeze(), mode), pixels[..., : len(mode)])
+    np.testing.assert_array_equal(pixels[..., : len(mode)], values)
+    assert not np.any(pixels[..., len(mode) :])
 
 
 def test_an_image_that_another_program_would_have_to_open_is_none() -> None:

@@ -8,7 +8,8 @@ import numpy as np
 
 from simgl.arrays import Array, Array32, IndexArray
 from simgl.radiosity.bake import BakeSettings, bake
-from simgl.radiosity.light_grids import more_of_nodes
+from simgl.radiosity.interpolation import nodes_around
+from simgl.radiosity.light_grids import CUTS, STEPS, more_of_nodes
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.precomputed_response import GatheredSunlight
 from simgl.radiosity.remesh import subdivided
@@ -114,3 +115,17 @@ def test_even_light_stays_and_what_is_buried_keeps_its_light() -> None:
         for matrix in (transport.sharpened, transport.sun_sharpened):
             assert matrix is not None
             np.testing.assert_array_equal(matrix @ np.ones(matrix.shape[1], dtype=np.float32), 1.0)
+
+
+def test_what_is_linear_over_a_triangle_stays_so_between_the_nodes_of_its_grid() -> None:
+    """At any place, on a node, and on the edges between these."""
+    nodes = STEPS / CUTS
+    places = np.random.default_rng(1).dirichlet(np.ones(3), 10_000)
+    for weights in (places, nodes, 0.5 * (nodes[:-1] + nodes[1:])):
+        around, shares = nodes_around(weights)
+        at = np.einsum("nk,nkj->nj", shares, nodes[around])
+        np.testing.assert_allclose(at, weights, atol=1e-14)
+        np.testing.assert_allclose(shares.sum(axis=1), 1.0, atol=1e-14)
+        # Of the small triangle that a place lies in: no node is farther away than one step.
+        away = CUTS * np.abs(nodes[around] - weights[:, None]).max(axis=2)
+        assert away.max() < 1.0 + 1e-12

@@ -15,7 +15,7 @@ from PIL import Image
 
 from simgl import assets
 from simgl.arrays import Image8, IndexArray, Mask
-from simgl.decoded_files import decoded_image
+from simgl.decoded_files import copy_pixels, decoded_image
 from simgl.disk_cache import computed_once
 from simgl.lru_cache import MANY, LruCache
 from simgl.passes.background.map_levels import MapLevels, map_once, map_texture, size_of
@@ -64,9 +64,14 @@ def _path(name: str) -> Path:
     return assets.data() / "earth" / name
 
 
-def _shipped(name: str, mode: str) -> Image8:
-    content = _path(name).read_bytes()
-    return np.asarray(decoded_image(content, MAX_WIDTH * MAX_WIDTH // 2).convert(mode))
+def _shipped(*names: str) -> Image8:
+    """(h, w, channels) the codes of shipped images of one size, those of one after the other's."""
+    images = [decoded_image(_path(name).read_bytes(), MAX_WIDTH * MAX_WIDTH // 2) for name in names]
+    channels = [len(image.getbands()) for image in images]
+    codes = np.empty((images[0].height, images[0].width, sum(channels)), dtype=np.uint8)
+    for image, count, end in zip(images, channels, np.cumsum(channels), strict=True):
+        copy_pixels(image, codes[..., end - count : end])
+    return codes
 
 
 def digest_of(image: MapImage | None, *shipped: str) -> tuple[str, ...]:
@@ -98,7 +103,7 @@ def land_map(image: MapImage | None) -> MapLevels:
 def make_land_map(image: MapImage | None) -> Image8:
     """The codes of ``land_map``, past the caches."""
     if image is None:
-        return np.dstack([_shipped("land_rgb.jpg", "RGB"), _shipped("land_nir.jpg", "L")])
+        return _shipped(*_LAND)
     rgb = reflectance_from_display(np.asarray(image.read("RGB")))
     roots = np.sqrt(np.dstack([rgb, near_infrared(rgb)]))
     return np.round(255.0 * roots).astype(np.uint8)
@@ -148,7 +153,7 @@ def form_map() -> MapLevels:
 
 def make_form_map() -> Image8:
     """The codes of ``form_map``, past the caches."""
-    return np.stack([_shipped(name, "L") for name in _RELIEF], axis=-1)
+    return _shipped(*_RELIEF)
 
 
 def shore_map(water: MapImage | None) -> MapLevels:
@@ -162,7 +167,7 @@ def shore_map(water: MapImage | None) -> MapLevels:
 
 def make_shore_map(water: MapImage | None) -> Image8:
     """The codes of ``shore_map``, past the caches."""
-    return (_shipped(_SHORE, "L") if water is None else _shore(water.read("L")))[..., None]
+    return _shipped(_SHORE) if water is None else _shore(water.read("L"))[..., None]
 
 
 def lamp_map(night: MapImage | None) -> MapLevels:
@@ -177,7 +182,7 @@ def lamp_map(night: MapImage | None) -> MapLevels:
 
 def make_lamp_map(night: MapImage | None) -> Image8:
     """The codes of ``lamp_map``, past the caches."""
-    lights = Image.fromarray(_shipped(_NIGHT, "L")) if night is None else night.read("L")
+    lights = Image.fromarray(_shipped(_NIGHT)[..., 0]) if night is None else night.read("L")
     width = max(lights.width, _LAMP_COLUMNS)
     scaled = lights.resize((width, width // 2), Image.Resampling.BICUBIC)
     # Codes below 16 of the shipped image are the noise of its compression.
