@@ -171,11 +171,18 @@ def traced(
     )
     report(total, total)
     cells = patch_cells(fine, index, by_sun.of_rows(used), at_nodes)
-    transport = replace(transport, cells=cells, grids=grids)
-    nearness = seen.nearness[used]
-    if at_nodes is not None:
-        nearness = np.concatenate([nearness, at_nodes.nearness])
     at_vertices = places_of(points, used, seen.open, sides)
+    nearness, starts = seen.nearness[used], [at_vertices]
+    if at_nodes is not None and of_nodes is not None:
+        nearness = np.concatenate([nearness, at_nodes.nearness])
+        starts.append(of_nodes)
+    transport = replace(
+        transport,
+        cells=cells,
+        grids=grids,
+        start_places=np.concatenate([each.middles(fine) for each in starts]).astype(np.float32),
+        start_normals=np.concatenate([each.normals for each in starts]).astype(np.float32),
+    )
     return replace(
         transport,
         means=near_means(transport, nearness),
