@@ -61,14 +61,26 @@ class Places:
 
     triangles : (n, k) of the mesh that they are on; -1 for a vertex without triangles
     weights : (n, k, 3) of the corners there
+    normals : (n, 3) unit, of the gather point, towards the side that is lit
     back : (n,) whether the gather point is on the back of the triangles
     open : (n, k) whether the rays of a place count: it is outside other parts
     """
 
     triangles: IndexArray
     weights: Array
+    normals: Array
     back: Mask
     open: Mask
+
+    def middles(self, mesh: Mesh) -> Array:
+        """(n, 3) means of those that are open, or of all where none is [m]."""
+        on_mesh = self.triangles >= 0
+        corners = mesh.positions[mesh.triangles[np.where(on_mesh, self.triangles, 0)]]
+        places = np.einsum("nkc,nkci->nki", self.weights, corners)
+        used = self.open & on_mesh
+        share = np.where(used.any(axis=1, keepdims=True), used, 1.0)
+        share /= share.sum(axis=1, keepdims=True)
+        return np.asarray(np.einsum("nk,nki->ni", share, places))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -116,6 +128,7 @@ def places_of(points: GatherPoints, used: IndexArray, open_: Mask, sides: int) -
     return Places(
         triangles=points.triangles[used],
         weights=points.weights[used],
+        normals=points.normals[used],
         back=used >= len(points.origins) // sides,
         open=open_[used],
     )

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import sparse
 
-from simgl.arrays import Array, Array32, IndexArray, Mask
+from simgl.arrays import Array32, IndexArray, Mask
 from simgl.radiosity.gather_points import unit_rows
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.patches import SAMPLES
@@ -36,6 +36,9 @@ _LITTLE = 0.02
 # Of patches that cover less than this share of the hemisphere one sample point stands for all; of
 # those that cover more than that one, cells.
 _FEW, _MUCH = 0.01, 0.05
+# What covers more than this by itself sends lobes at least this multiple of the root of its share
+# wide.
+_BROAD, _OF_COVERED = 0.02, 1.5
 # Of the angular radius of what a receiver sees of a place, its least height above that.
 _OF_TOUCHED = 0.5
 # Directions closer to a place's plane than this, or beyond it, count as if they were so far above:
@@ -128,8 +131,8 @@ class GlossyPlaces:
     def pairs(
         self,
         seen: sparse.coo_matrix,
-        places: Array,
-        normals: Array,
+        places: Array32,
+        normals: Array32,
         cells: sparse.csr_matrix | None = None,
     ) -> PlacePairs:
         """The patches that receivers see.
@@ -138,9 +141,8 @@ class GlossyPlaces:
         places, normals : (r, 3) of the receivers [m]
         cells : (c, r) the same of ``cells``; None where they are not known
         """
-        at, facing = places.astype(np.float32), normals.astype(np.float32)
         row, patch, share = seen.row.astype(np.int64), seen.col.astype(np.int64), seen.data
-        offset = at[row] - self.middle[patch]
+        offset = places[row] - self.middle[patch]
         distance = np.maximum(_lengths(offset), np.float32(1e-9))
         reach = self._radius[patch] / distance
         near = (reach > _WIDE) & self._strong[patch]
@@ -156,10 +158,12 @@ class GlossyPlaces:
         ]
         if cells is not None:
             much = near & (share >= _MUCH)
-            in_cells = self._in_cells(row[much], patch[much], cells, at)
+            in_cells = self._in_cells(row[much], patch[much], cells, places)
             near &= ~np.isin(_keys(row, patch, self.count), in_cells[0])
             parts.append(in_cells[1:])
-        parts.append(self._sampled(row[near], patch[near], share[near], at, facing, self._radius))
+        parts.append(
+            self._sampled(row[near], patch[near], share[near], places, normals, self._radius)
+        )
         row, place, share, towards, reach = (
             np.concatenate(values) for values in zip(*parts, strict=True)
         )
@@ -169,7 +173,12 @@ class GlossyPlaces:
         law = self.law[place]
         # A ray stands for a part of the hemisphere, and no lobe may be narrower than that.
         reach = np.maximum(reach, np.minimum(np.sqrt(share), _OF_RAY))
-        width = np.minimum(_SMOOTH * reach, _WIDEST).astype(np.float32)
+        width = np.minimum(_SMOOTH * reach, _WIDEST)
+        # It is seen under as many directions as it covers, wherever its middle is.
+        broad = np.flatnonzero(share > _BROAD)
+        wide = np.minimum(_OF_COVERED * np.sqrt(share[broad]), 1.0)
+        width[broad] = np.maximum(width[broad], wide)
+        width = width.astype(np.float32)
         bent = np.minimum(self._laws.alpha2[law] + self._bends[place], np.float32(1.0))
         alpha2 = np.maximum(bent, width * width)
         pairs = SomePairs(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 
 import numpy as np
@@ -164,6 +164,10 @@ class SamplePoints:
     count: IndexArray
 
 
+def _no_vectors() -> Array32:
+    return np.zeros((0, 3), dtype=np.float32)
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LightTransport:
     """How light goes between the surfaces of one body; nothing of it depends on the light.
@@ -190,6 +194,8 @@ class LightTransport:
     sharpened : (s, s) csc, values of gather points between which light has the means that their
         rays found (simgl/radiosity/interpolation.py); None where these means are the values
     sun_sharpened : (s + g, s + g) csc, the same with grids
+    start_places, start_normals : (s + g, 3) where the rays of gather points start, in the mean [m],
+        and unit normals there; none where sunlight is not gathered in advance
     """
 
     mesh: Mesh
@@ -214,6 +220,8 @@ class LightTransport:
     means: sparse.csc_matrix | None = None
     sharpened: sparse.csc_matrix | None = None
     sun_sharpened: sparse.csc_matrix | None = None
+    start_places: Array32 = field(default_factory=_no_vectors)
+    start_normals: Array32 = field(default_factory=_no_vectors)
 
     @property
     def digest(self) -> str:
@@ -228,8 +236,8 @@ class LightTransport:
     def nbytes(self) -> int:
         """Size of its arrays."""
         total = self.mesh.nbytes + _TRACER_BYTES * len(self.mesh.triangles)
-        for field in fields(self):
-            value = getattr(self, field.name)
+        for each in fields(self):
+            value = getattr(self, each.name)
             if isinstance(value, np.ndarray):
                 total += value.nbytes
             elif isinstance(value, sparse.csc_matrix):

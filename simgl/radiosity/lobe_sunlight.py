@@ -18,7 +18,6 @@ from simgl.arrays import Array, Array32, IndexArray, Mask
 from simgl.radiosity.gather_points import unit_rows
 from simgl.radiosity.glossy_places import GlossyPlaces, PlacePairs, SomePairs, above
 from simgl.radiosity.light_transport import LightTransport
-from simgl.radiosity.near_means import gather_places
 from simgl.radiosity.reflection_laws import ReflectionLaws, lobe_towards, lost_by_widening
 from simgl.radiosity.sunlit_patches import HiddenPatches, Sunlit
 
@@ -144,7 +143,7 @@ class LobeSunlight:
     def _to_points(self) -> list[PlacePairs]:
         """To those of vertices and, where there are any, of grids."""
         transport, start, of_points = self._transport, 0, []
-        at, normals = gather_places(transport)
+        at, normals = transport.start_places, transport.start_normals
         matrices = [transport.sun_gather]
         if transport.grids is not None:
             matrices.append(transport.grids.gather)
@@ -162,8 +161,12 @@ class LobeSunlight:
     def _to_patches(self) -> PlacePairs:
         transport = self._transport
         seen = transport.form_factors.tocsr()[:, self._places.glossy].tocoo()
-        normals = unit_rows(transport.normals.mean(axis=1))
-        return self._places.pairs(seen, transport.points.mean(axis=1), normals)
+        # Of the sample points whose rays count, as ``form_factors`` has them.
+        share = np.where(transport.point_open.any(axis=1, keepdims=True), transport.point_open, 1)
+        share = (share / share.sum(axis=1, keepdims=True)).astype(np.float32)
+        places = np.einsum("pn,pni->pi", share, transport.points)
+        normals = unit_rows(np.einsum("pn,pni->pi", share, transport.normals).astype(np.float64))
+        return self._places.pairs(seen, places, normals.astype(np.float32))
 
     @cached_property
     def _seen(self) -> tuple[sparse.csr_matrix, list[sparse.csr_matrix]]:

@@ -39,7 +39,7 @@ STEPS: dict[JointLight, float] = {"quick": np.radians(1.0), "exact": np.radians(
 # quick one, up to 50 MB if exact.
 MAX_BYTES = 512 << 20
 # Part of every key: with a change in how bakes are made or stored, old files are not read any more.
-VERSION = 17
+VERSION = 18
 
 _Bake = TypeVar("_Bake")
 _Part = TypeVar("_Part", PatchCells, LightGrids)
@@ -372,6 +372,8 @@ def _check(transport: LightTransport) -> None:
         if matrix is not None:
             matrix.check_format(full_check=True)
             right &= matrix.shape == (count, count)
+    for starts in (transport.start_places, transport.start_normals):
+        right &= starts.shape in ((0, 3), (every, 3))
     if transport.cells is not None:
         right &= _cells_somewhere(transport.cells, transport)
     if not right:
