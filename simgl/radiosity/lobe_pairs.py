@@ -133,51 +133,48 @@ class LobePairs:
 
     def sent(self, lights: Sequence[tuple[Light, IndexArray]]) -> Array32:
         """(count, 4) what receivers get of lights of one type by rows that each reaches [W m-2]."""
-        ends = [np.searchsorted(rows, self._first) for _, rows in lights]
-        of_kinds = np.sum(ends, axis=0).tolist()
-        rows = np.empty(of_kinds[-1], dtype=np.int64)
-        weights = np.empty((_POWERS, len(rows), _ROW), dtype=np.float32)
+        ends = [np.searchsorted(rows, self._first).tolist() for _, rows in lights]
+        rows = np.concatenate(
+            [
+                reached[end[kind] : end[kind + 1]]
+                for kind in range(_POWERS)
+                for (_, reached), end in zip(lights, ends, strict=True)
+            ]
+        )
+        # From which row on there are weights of each power of f0, and where these stand.
+        first = [sum(end[kind] for end in ends) for kind in range(_POWERS)]
+        place = np.cumsum([0, *(len(rows) - start for start in first)])
+        weights = np.empty((int(place[-1]), _ROW), dtype=np.float32)
         room, done = np.empty((_ROOM, _AT_ONCE, _ROW), dtype=np.float32), 0
         for kind in range(_POWERS):
-            for (light, reached), end in zip(lights, ends, strict=True):
+            for (light, _), end in zip(lights, ends, strict=True):
                 for start in range(end[kind], end[kind + 1], _AT_ONCE):
-                    some = reached[start : min(start + _AT_ONCE, end[kind + 1])]
-                    part = slice(done, done + len(some))
-                    rows[part] = some
-                    self._weigh(light, some, kind, weights[:, part], room[:, : len(some)])
-                    done = part.stop
-        return self._gathered(rows, of_kinds[:_POWERS], weights, lights[0][0])
+                    number = min(_AT_ONCE, end[kind + 1] - start)
+                    of_powers = [
+                        weights[at + done - before :][:number]
+                        for at, before in zip(place[: kind + 1], first, strict=False)
+                    ]
+                    some = rows[done : done + number]
+                    self._weigh(light, some, of_powers, room[:, :number])
+                    done += number
+        return self._gathered([rows[start:] for start in first], weights, lights[0][0])
 
-    def _gathered(
-        self, rows: IndexArray, firsts: list[int], weights: Array32, light: Light
-    ) -> Array32:
-        """(count, 4) of the weights (3, n, _ROW) of rows.
+    def _gathered(self, rows: list[IndexArray], weights: Array32, light: Light) -> Array32:
+        """(count, 4) by weights (n, _ROW) of the rows of each power of f0, one after the other."""
+        of_all = np.concatenate(rows)
+        of_powers = [self._f0[self._patch[some]] ** power for power, some in enumerate(rows)]
+        factor = np.concatenate(of_powers)
+        if isinstance(light, LightOnPatches):
+            # Of the Sun weights hold it: it is alike in all bands.
+            factor *= light.arriving[self._patch[of_all]]
+        # In one product: a result of all receivers takes as long as some thousand pairs.
+        each = np.arange(0, weights.size + 1, _ROW, dtype=np.int32)
+        entries = weights.ravel(), self._receiver.take(of_all, axis=0).ravel(), each
+        matrix = sparse.csc_matrix(entries, shape=(self.count, len(of_all)))
+        return np.asarray(matrix @ factor)
 
-        firsts : from which row on each power of f0 counts
-        """
-        receiver, patch = self._receiver.take(rows, axis=0), self._patch[rows]
-        each = np.arange(0, _ROW * len(rows) + 1, _ROW, dtype=np.int32)
-        sent = np.zeros((self.count, 4), dtype=np.float32)
-        for power, first in enumerate(firsts):
-            some = patch[first:]
-            if len(some) == 0:
-                continue
-            entries = weights[power, first:].ravel(), receiver[first:].ravel()
-            shape = self.count, len(some)
-            matrix = sparse.csc_matrix((*entries, each[: len(some) + 1]), shape=shape)
-            if isinstance(light, LightOnPatches):
-                sent += matrix @ (light.arriving * self._f0**power)[some]
-            elif power == 0:
-                # Weights hold the irradiance, which is alike in all bands.
-                sent += (matrix @ np.ones(len(some), dtype=np.float32))[:, None]
-            else:
-                sent += matrix @ (self._f0**power)[some]
-        return sent
-
-    def _weigh(
-        self, light: Light, rows: IndexArray, kind: int, weights: Array32, room: Array32
-    ) -> None:
-        """What receivers get of rows of one kind (n,): weights (3, n, _ROW) of powers of f0."""
+    def _weigh(self, light: Light, rows: IndexArray, weights: list[Array32], room: Array32) -> None:
+        """What receivers get of rows of one kind (n,): weights (n, _ROW) of each power of f0."""
         table, facing, factor = room[:_COLUMNS], room[_COLUMNS], room[_COLUMNS + 1]
         np.take(self._table, rows, axis=1, out=table, mode="clip")
         x, y, z, lean, alpha2, share = table
@@ -205,13 +202,14 @@ class LobePairs:
         lobe *= share
         grazing = np.multiply(schlick, lobe, out=weights[0])
         lobe -= grazing
-        if kind == _GREY:
+        if len(weights) == 1:
             lobe *= self._grey[rows, None]
             grazing += lobe
         else:
-            weights[1] = lobe
-        if kind == _CONSERVING:
-            more = np.take(self._more, rows - self._first[kind], axis=0, out=factor, mode="clip")
+            weights[1][:] = lobe
+        if len(weights) == _POWERS:
+            of_more = rows - self._first[_CONSERVING]
+            more = np.take(self._more, of_more, axis=0, out=factor, mode="clip")
             np.multiply(lobe, more, out=weights[2])
             more *= grazing
             weights[1] += more
