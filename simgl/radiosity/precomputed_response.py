@@ -13,7 +13,6 @@ from functools import cached_property, partial
 from typing import TypeVar
 
 import numpy as np
-from scipy import sparse
 
 from simgl.arrays import Array, Array32, IndexArray
 from simgl.lru_cache import LruCache
@@ -119,6 +118,8 @@ class PrecomputedResponse:
         self._at_vertices = LruCache[Node, AtVertices](_VERTEX_CAPACITY)
         self._under_way = LruCache[Node, _UnderWay](_UNDER_WAY)
         self._fields = LruCache[Hashable, Array32](_FIELDS)
+        grids = transport.grids
+        self._more_of_nodes = None if grids is None else more_of_nodes(transport, grids)
 
     @cached_property
     def glow(self) -> Array32:
@@ -324,7 +325,7 @@ class PrecomputedResponse:
             yield
             again = next(results)
         count = len(transport.vertex_rows)
-        if grids is not None:
+        if self._more_of_nodes is not None:
             yield
             more = self._more_of_nodes @ at_points
             rows[_in_rows(count) :][: len(more)] = more
@@ -346,12 +347,6 @@ class PrecomputedResponse:
         even, _ = self._surface.of_sun(self._sunlit.facing(direction))
         reflected = even[cells.patch[asked]] * more[:, None]
         return np.asarray(cells.gather[asked].T @ reflected)
-
-    @cached_property
-    def _more_of_nodes(self) -> sparse.csc_matrix:
-        grids = self._transport.grids
-        assert grids is not None
-        return more_of_nodes(self._transport, grids)
 
     @cached_property
     def _of_cells(self) -> Array32:
