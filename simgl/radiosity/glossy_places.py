@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
@@ -46,17 +45,21 @@ _OF_TOUCHED = 0.5
 GRAZING = 0.02
 
 
-class SomePairs(NamedTuple):
-    """Pairs of a place on a glossy patch and a receiver (n,) each.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PlacePairs:
+    """Places on glossy patches as receivers see them, n pairs of both.
 
-    receiver : which, a whole number
-    share : of the receiver's cosine-weighted hemisphere
-    x, y, z : unit, to the receiver; lean : their cosine to the place's normal
-    alpha2 : squared width of the lobe
-    more : what the lobe gets besides, for light that meets several microfacets, times f0
+    count : of the receivers
+    place, receiver : (n,) which
+    share : (n,) of the receiver's cosine-weighted hemisphere
+    x, y, z : (n,) unit, to the receiver; lean : (n,) their cosine to the place's normal
+    alpha2 : (n,) squared width of the lobe
+    more : (n,) what the lobe gets besides, for light that meets several microfacets, over f0
     """
 
-    receiver: Array32
+    count: int
+    place: IndexArray
+    receiver: IndexArray
     share: Array32
     x: Array32
     y: Array32
@@ -64,29 +67,6 @@ class SomePairs(NamedTuple):
     lean: Array32
     alpha2: Array32
     more: Array32
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class PlacePairs:
-    """Places on glossy patches as receivers see them.
-
-    count : of the receivers
-    first : (k + 1,) where the pairs of each place start
-    table : (n, 8) ``SomePairs`` side by side: of some of many they are read together
-    """
-
-    count: int
-    first: IndexArray
-    table: Array32
-
-    @property
-    def nbytes(self) -> int:
-        """Size of its arrays."""
-        return self.first.nbytes + self.table.nbytes
-
-    def of(self, chosen: IndexArray) -> SomePairs:
-        """Some of them, by their numbers."""
-        return SomePairs(*np.ascontiguousarray(self.table.take(chosen, axis=0).T))
 
 
 class GlossyPlaces:
@@ -171,19 +151,13 @@ class GlossyPlaces:
         height = np.maximum(_OF_TOUCHED * np.sqrt(share), GRAZING).astype(np.float32)
         towards, lean = above(towards, self.normals[place], height)
         law = self.law[place]
-        # A ray stands for a part of the hemisphere, and no lobe may be narrower than that.
-        reach = np.maximum(reach, np.minimum(np.sqrt(share), _OF_RAY))
-        width = np.minimum(_SMOOTH * reach, _WIDEST)
-        # It is seen under as many directions as it covers, wherever its middle is.
-        broad = np.flatnonzero(share > _BROAD)
-        wide = np.minimum(_OF_COVERED * np.sqrt(share[broad]), 1.0)
-        width[broad] = np.maximum(width[broad], wide)
-        width = width.astype(np.float32)
+        width = _least_widths(share, reach)
         bent = np.minimum(self._laws.alpha2[law] + self._bends[place], np.float32(1.0))
         alpha2 = np.maximum(bent, width * width)
-        pairs = SomePairs(
-            # Whole numbers below 2^24 are exact.
-            receiver=row.astype(np.float32),
+        return PlacePairs(
+            count=seen.shape[0],
+            place=place,
+            receiver=row.astype(np.int32),
             share=(share * lost_by_widening(bent, alpha2)).astype(np.float32),
             x=towards[:, 0],
             y=towards[:, 1],
@@ -191,15 +165,6 @@ class GlossyPlaces:
             lean=lean,
             alpha2=alpha2,
             more=self._more(law, lean),
-        )
-        # One row for each place, which lists its pairs: faster than to sort them.
-        number, held = np.arange(len(place)), np.ones(len(place), dtype=np.bool_)
-        shape = (len(self.law), len(place))
-        of_places = sparse.csr_matrix((held, (place, number)), shape=shape)
-        return PlacePairs(
-            count=seen.shape[0],
-            first=of_places.indptr.astype(np.int64),
-            table=np.stack(pairs, axis=1).take(of_places.indices, axis=0),
         )
 
     def _more(self, law: IndexArray, lean: Array32) -> Array32:
@@ -293,6 +258,21 @@ def above(
     raised /= np.maximum(_lengths(raised), np.float32(1e-9))[:, None]
     cosine = np.einsum("ni,ni->n", raised, normals)
     return raised, np.maximum(cosine, np.float32(0.5 * GRAZING))
+
+
+def _least_widths(share: Array32, reach: Array32) -> Array32:
+    """(n,) of the lobes of places that cover shares of a receiver's hemisphere.
+
+    reach : their radii over their distances
+    """
+    # A ray stands for a part of the hemisphere, and no lobe may be narrower than that.
+    reach = np.maximum(reach, np.minimum(np.sqrt(share), _OF_RAY))
+    width = np.minimum(_SMOOTH * reach, _WIDEST)
+    # What covers much is seen under as many directions, wherever its middle is.
+    broad = np.flatnonzero(share > _BROAD)
+    wide = np.minimum(_OF_COVERED * np.sqrt(share[broad]), 1.0)
+    width[broad] = np.maximum(width[broad], wide)
+    return np.asarray(width, dtype=np.float32)
 
 
 def _keys(row: IndexArray, patch: IndexArray, count: int) -> IndexArray:

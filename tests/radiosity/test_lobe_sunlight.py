@@ -235,11 +235,10 @@ def test_directions_from_a_bent_patch_agree_with_their_heights_above_it() -> Non
     seen = transport.sun_gather.tocsr()[:, places.glossy].tocoo()
     starts = transport.start_places, transport.start_normals
     pairs = places.pairs(seen, *(values[: seen.shape[0]] for values in starts))
-    normal = np.repeat(places.normals, np.diff(pairs.first), axis=0)
-    found = pairs.of(np.arange(len(pairs.table)))
-    cosine = np.einsum("in,ni->n", np.stack([found.x, found.y, found.z]), normal)
+    ways = np.stack([pairs.x, pairs.y, pairs.z])
+    cosine = np.einsum("in,ni->n", ways, places.normals[pairs.place])
     # float32; and directions straight from behind, which have no side to be raised to.
     straight = cosine < -0.99
     assert straight.mean() < 0.01
-    np.testing.assert_allclose(found.lean[~straight], cosine[~straight], atol=1e-5)
-    assert found.lean.min() > 0.0
+    np.testing.assert_allclose(pairs.lean[~straight], cosine[~straight], atol=1e-5)
+    assert pairs.lean.min() > 0.0
