@@ -33,6 +33,8 @@ _DIM = 0.02
 # their middle, as do the lines between solar cells, are around: their light has no direction and
 # goes on evenly. Few rays tell little of those that cover less than this.
 _NEAR, _AROUND, _SMALL = 1.3, 1.5, 0.02
+# What a cell of the sky, as wide as these lie apart, widens the squared width of lobes by.
+_OF_CELL = 0.02
 # Pairs that are worked out together: what numpy makes of them stays in a processor's cache.
 _AT_ONCE = 16_384
 
@@ -73,6 +75,11 @@ class LobeSunlight:
     def __bool__(self) -> bool:
         """Whether there is any."""
         return self._places.count > 0
+
+    @property
+    def glossy(self) -> IndexArray:
+        """(g,) which patches have lobes that are followed."""
+        return self._places.glossy
 
     @property
     def cells(self) -> IndexArray:
@@ -139,6 +146,30 @@ class LobeSunlight:
         light, evenly = self._light_of_others(exitance)
         sent = self._sent(self._to_patches, light)
         return np.asarray(sent - self._transport.form_factors @ evenly)
+
+    def of_sky(self, towards: Array32, irradiance: Array32) -> tuple[Array32, Array32]:
+        """(s, 4) and (p, 4) what gather points of vertices and patches get of lobes of light from a
+        cell of the sky, alike in all bands.
+
+        towards, irradiance : (g, 3) unit and (g,) of the patches ``glossy``
+        """
+        lit = np.flatnonzero(irradiance > 0.0)
+        number = np.full(len(irradiance), -1)
+        number[lit] = np.arange(len(lit))
+        law, row = self._places.law_of_patch[lit], number[self._places.patch]
+        alpha2 = self._laws.alpha2[law]
+        wider = np.minimum(alpha2 + np.float32(_OF_CELL), np.float32(1.0))
+        arriving = lost_by_widening(alpha2, wider) * irradiance[lit]
+        places = np.flatnonzero(row >= 0)
+        light = self._light(
+            places,
+            row[places],
+            law,
+            (towards[lit], self._places.normal[lit]),
+            np.broadcast_to(arriving[:, None], (len(lit), 4)),
+            np.full(len(lit), _OF_CELL, dtype=np.float32),
+        )
+        return self._sent(self._to_points[0], light), self._sent(self._to_patches, light)
 
     @cached_property
     def _to_points(self) -> list[PlacePairs]:
