@@ -129,7 +129,7 @@ class SkyLobes:
         transport, glossy = self._transport, self._lobes.glossy
         directions, facing = self._seen
         points, patches = transport.gather.shape[0], len(transport.areas)
-        found = [np.zeros((count, SKY_CELLS), dtype=np.float32) for count in (points, patches)]
+        surplus = [np.zeros((count, SKY_CELLS), dtype=np.float32) for count in (points, patches)]
         colours = [np.zeros((count, 4), dtype=np.float32) for count in (points, patches)]
         evenly = np.zeros((patches, SKY_CELLS), dtype=np.float32)
         for cell in range(SKY_CELLS):
@@ -137,18 +137,18 @@ class SkyLobes:
             sent = self._laws.of_light(self._law[glossy], facing[glossy, cell])[1].mean(axis=1)
             evenly[glossy, cell] = sent * irradiance
             lit = self._lobes.of_sky(directions[glossy, cell], irradiance)
-            for light, more, colour in zip(lit, found, colours, strict=True):
+            for light, more, colour in zip(lit, surplus, colours, strict=True):
                 more[:, cell] = light.mean(axis=1)
                 colour += light
         at_points = transport.of_vertices.at_points(transport.gather @ evenly)
-        for more, even in zip(found, (at_points, transport.form_factors @ evenly), strict=True):
+        for more, even in zip(surplus, (at_points, transport.form_factors @ evenly), strict=True):
             more -= even
         for colour in colours:
             colour /= np.maximum(colour.mean(axis=1, keepdims=True), np.float32(1e-9))
         return {
-            "sums": (found[0] @ _polynomials()[0]).astype(np.float32),
+            "sums": (surplus[0] @ _polynomials()[0]).astype(np.float32),
             "colour": colours[0],
-            "patches": found[1],
+            "patches": surplus[1],
             "colour of patches": colours[1],
         }
 
