@@ -309,6 +309,7 @@ class InterreflectionPass:
             pending.at_vertices,
         )
         share = self._executor.submit(lambda: earth_share(gather, cells.result()))
+        lobes = pending.sky_lobes
 
         def values() -> _Values:
             exitance, sunlight = at_vertices.result()
@@ -317,7 +318,8 @@ class InterreflectionPass:
             if near is not None:
                 exitance = exitance + near.exitance
             more = None if sunlight is None else sunlight.vertices
-            irradiance, left = vertex_irradiance(gather, exitance, more), share.result().ravel()
+            irradiance = vertex_irradiance(gather, exitance, more, lobes.result())
+            left = share.result().ravel()
             if near is not None:
                 irradiance += near.at_rows
                 np.maximum(irradiance, 0.0, out=irradiance)
@@ -332,16 +334,20 @@ class InterreflectionPass:
     ) -> Future[_Values | VertexInputs]:
         """What a GPU makes the same values of."""
         transport, cells, at_vertices = pending.transport, pending.cells, pending.at_vertices
+        lobes = pending.sky_lobes
 
         def inputs() -> VertexInputs:
             exitance, sunlight = at_vertices.result()
             assert not isinstance(sunlight, GatheredSunlight)
             near = None
+            if (light := lobes.result()) is not None:
+                at_rows = np.take(light, transport.vertex_rows, axis=0)
+                near = at_rows, np.zeros(len(at_rows), dtype=np.float32)
             if from_near is not None:
                 others = from_near.result()
                 exitance = exitance + others.exitance
                 hidden = others.lost_share(transport.of_vertices, cells.result())
-                near = others.at_rows, hidden
+                near = others.at_rows if near is None else others.at_rows + near[0], hidden
             return VertexInputs(
                 transport=transport,
                 exitance=exitance,

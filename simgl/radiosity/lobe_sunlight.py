@@ -31,6 +31,8 @@ _DIM = 0.02
 # their middle, as do the lines between solar cells, are around: their light has no direction and
 # goes on evenly. Few rays tell little of those that cover less than this.
 _NEAR, _AROUND, _SMALL = 1.3, 1.5, 0.02
+# What a cell of the sky, as wide as these lie apart, widens the squared width of lobes by.
+_OF_CELL = 0.02
 
 
 class LobeSunlight:
@@ -46,6 +48,11 @@ class LobeSunlight:
     def __bool__(self) -> bool:
         """Whether there is any."""
         return self._places.count > 0
+
+    @property
+    def glossy(self) -> IndexArray:
+        """(g,) which patches have lobes that are followed."""
+        return self._places.glossy
 
     @property
     def cells(self) -> IndexArray:
@@ -115,6 +122,28 @@ class LobeSunlight:
         light, evenly = self._light_of_others(exitance)
         sent = _sent(self._to_patches, [light])
         return np.asarray(sent - self._transport.form_factors @ evenly)
+
+    def of_sky(self, towards: Array32, irradiance: Array32) -> tuple[Array32, Array32]:
+        """(s, 4) and (p, 4) what gather points of vertices and patches get of lobes of light from a
+        cell of the sky, alike in all bands.
+
+        towards, irradiance : (g, 3) unit and (g,) of the patches ``glossy``
+        """
+        law = self._places.law_of_patch
+        raised, facing = above(towards, self._places.normal)
+        alpha2 = self._laws.alpha2[law]
+        wider = np.minimum(alpha2 + np.float32(_OF_CELL), np.float32(1.0))
+        arriving = (
+            lost_by_widening(alpha2, wider) * irradiance * self._laws.taking_part(law, facing)
+        )
+        light = LightOnPatches(
+            bright=irradiance > 0.0,
+            direction=np.ascontiguousarray(raised.T),
+            facing=facing,
+            spread2=np.full_like(facing, _OF_CELL),
+            arriving=np.tile(arriving[:, None], 4),
+        )
+        return _sent(self._to_points[0], [light]), _sent(self._to_patches, [light])
 
     @cached_property
     def _normals(self) -> Array32:

@@ -22,6 +22,7 @@ from simgl.radiosity.light_transport import LightTransport, PatchCells
 from simgl.radiosity.lobe_sunlight import LobeSunlight, mean_of_bands
 from simgl.radiosity.near_means import TIMES
 from simgl.radiosity.patches import SAMPLES
+from simgl.radiosity.sky_lobes import SkyLobes
 from simgl.radiosity.solver import Reflectors, radiosity
 from simgl.radiosity.sunlit_patches import CAPACITY, Node, SunlitPatches, direction_of, grid_corners
 
@@ -134,7 +135,8 @@ class PrecomputedResponse:
         """Size of what is known of glossy surfaces, which is made at the latest now."""
         if not self.lobes:
             return 0
-        return self.lobes.nbytes + _VERTEX_CAPACITY * 4 * self._transport.gather.shape[0]
+        of_sky = 0 if self.sky_lobes is None else self.sky_lobes.nbytes
+        return self.lobes.nbytes + of_sky + _VERTEX_CAPACITY * 4 * self._transport.gather.shape[0]
 
     def of_fields(
         self, fields: Mapping[Hashable, Callable[[], Array32]]
@@ -351,9 +353,13 @@ class PrecomputedResponse:
     @cached_property
     def _of_cells(self) -> Array32:
         """(p, 4, 96) exitance for each cell of radiance 1 in each band [W m-2 / (W m-2 sr-1)]."""
-        # Rays follow the cosine: each stands for pi over their number.
-        free = np.float32(np.pi) * self._transport.sky.toarray()
-        reflected = self._surface.albedo[:, :, None] * free[:, None]
+        albedo = self._surface.albedo
+        if self.sky_lobes is not None:
+            reflected = self.sky_lobes.leaving(albedo)
+        else:
+            # Rays follow the cosine: each stands for pi over their number.
+            free = np.float32(np.pi) * self._transport.sky.toarray()
+            reflected = albedo[:, :, None] * free[:, None]
         # A face of the sky at a time: less than 2 MB, which stays in the processor's cache.
         faces = np.split(reflected, 6, axis=2)
         return np.concatenate(
@@ -399,6 +405,11 @@ class PrecomputedResponse:
     def lobes(self) -> LobeSunlight:
         """What lobes make of sunlight."""
         return LobeSunlight(self._transport, self._surface.laws)
+
+    @cached_property
+    def sky_lobes(self) -> SkyLobes | None:
+        """What lobes make of the light of the sky; None without lobes."""
+        return SkyLobes(self._transport, self._surface.laws, self.lobes) if self.lobes else None
 
     def _reflected(self, names: list[Name], fields: list[Array32]) -> dict[Name, Array32]:
         """(p, 4) each by irradiance (p,) that is alike in all bands; together they take less
