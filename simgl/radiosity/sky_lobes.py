@@ -31,6 +31,7 @@ _AT_ONCE = 1024
 _MADE_BY = (
     __name__,
     "simgl.radiosity.lobe_sunlight",
+    "simgl.radiosity.lobe_pairs",
     "simgl.radiosity.glossy_places",
     "simgl.radiosity.reflection_laws",
     "numpy",
@@ -115,6 +116,7 @@ class SkyLobes:
             transport.digest,
             *(transport.areas, transport.points, transport.point_open, transport.materials),
             *(np.array(transport.gather.shape), transport.gather.nnz),
+            *(transport.start_places, transport.start_normals),
             *(laws.lobes, laws.f0, laws.alpha2, laws.covered, laws.conserving, laws.once),
         )
         shapes = len(transport.areas), SKY_CELLS
