@@ -97,6 +97,22 @@ def test_what_accelerates_is_longest_where_it_is_slow(
     assert np.mean(middles[0] - middles[1]) == pytest.approx(more / 3.0, abs=0.02)
 
 
+@pytest.mark.parametrize(("right", "more"), [(0.0, 60.0), (60.0, 40.0), (90.0, 120.0)])
+def test_long_ways_that_accelerate_show_every_instant(
+    gl: moderngl.Context, right: float, more: float
+) -> None:
+    """They turn back on their way: its parts meet where they should, and none counts twice."""
+    one = box(width_px=480)
+    count = 160
+    image, wanted = drawn(gl, one, moving(one, right, from_x=-0.5 * more, more=more), count)
+    assert image.sum() == pytest.approx(wanted.sum(), rel=1e-3)
+    x = np.arange(480) + 0.5
+    middles = [one[54:74] @ x / one[54:74].sum(axis=1) for one in (image, wanted)]
+    # Where it is slowest, as many instants leave a 24th of the way of one of them squared.
+    assert np.mean(middles[0] - middles[1]) == pytest.approx(0.0, abs=0.02)
+    assert np.sqrt(np.mean(np.square(image - wanted))) < 0.003 * wanted.max()
+
+
 def test_a_point_becomes_an_even_streak(gl: moderngl.Context) -> None:
     """A ball of 0.7 px along 24 px, off the axes of the image and the middles of pixels."""
     ball = {"sphere": {"radius_m": 0.01, "material": lambert(0.5)}}
