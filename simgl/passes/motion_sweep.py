@@ -129,12 +129,13 @@ class Sweep:
         """
         parts: list[SweepPart] = []
         for one in self._divided(self.span):
-            both = self._part(replace(one.span, first=parts[-1].span.first)) if parts else one
-            # Of a way that turns back just there, halves lie on each other.
-            if parts and parts[-1].uneven and one.uneven and both.is_short:
-                parts[-1] = both
-            else:
-                parts.append(one)
+            if parts and parts[-1].uneven and one.uneven:
+                # Of a way that turns back just there, halves lie on each other.
+                both = self._part(replace(one.span, first=parts[-1].span.first))
+                if both.is_short:
+                    parts[-1] = both
+                    continue
+            parts.append(one)
         return tuple(parts)
 
     def _divided(self, span: Span) -> Iterator[SweepPart]:
@@ -257,11 +258,11 @@ class SweepPass:
             self._draw_part(sweep, sweep.parts[0], snapshot, target, state, spare)
         elif state is self.lays:
             # What is behind is hidden by all parts together.
-            whole = replace(sweep, margin=(0, 0), target_size=sweep.size, share=1.0)
+            summed = replace(sweep, margin=(0, 0), target_size=sweep.size, share=1.0)
             total = spare(_TOTAL)
-            total.framebuffer.clear(viewport=whole.area)
-            self._add_parts(whole, snapshot, total.framebuffer, spare)
-            still = replace(sweep, paths=sweep.paths.still, filled=whole.area, edges=False)
+            total.framebuffer.clear(viewport=summed.area)
+            self._add_parts(summed, snapshot, total.framebuffer, spare)
+            still = replace(sweep, paths=sweep.paths.still, filled=summed.area, edges=False)
             self._draw_part(still, still.parts[0], total, target, state, spare)
         else:
             if state is self.fills:

@@ -80,11 +80,11 @@ class ImagePaths:
 
         first, last : exposure times from the snapshot's moment
         """
-        v, a = np.split(self.nodes.reshape(-1, 4).astype(np.float64), 2, axis=-1)
-        ways = np.concatenate([t * v - t**2 * a for t in (first, 0.5 * (first + last), last)])
+        v, a = self.nodes.reshape(-1, 4).T.astype(np.float64).reshape(2, 2, -1)
+        ways = np.hstack([t * v - t**2 * a for t in (first, 0.5 * (first + last), last)])
         # A parabola leaves its chords by a quarter of its bend at most.
-        bend = 0.0625 * (last - first) ** 2 * np.abs(a).max(axis=0)
-        return ways.min(axis=0) - bend, ways.max(axis=0) + bend
+        bend = 0.0625 * (last - first) ** 2 * np.abs(a).max(axis=1)
+        return ways.min(axis=1) - bend, ways.max(axis=1) + bend
 
     def shortened(self, square: float) -> ImagePaths:
         """Ways whose squares are less by so much [px^2], 0 at least."""

@@ -13,8 +13,8 @@ SIZE, FILLED = (640, 480), (100, 100, 200, 220)
 
 def sweep(way_px: float, more_px: float, span: Span = Span()) -> Sweep:
     """Of what is so much further at both ends than an even way would bring it."""
-    nodes = np.tile(np.float32([way_px, 0.0, -4.0 * more_px, 0.0]), (20, 20, 1))
-    paths = ImagePaths(origin=(100.0, 100.0), step=11.0, nodes=nodes)
+    node = np.array([way_px, 0.0, -4.0 * more_px, 0.0], dtype=np.float32)
+    paths = ImagePaths(origin=(100.0, 100.0), step=11.0, nodes=np.tile(node, (20, 20, 1)))
     return Sweep(paths=paths, size=SIZE, filled=FILLED, target_size=SIZE, span=span)
 
 

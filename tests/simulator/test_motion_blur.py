@@ -218,6 +218,27 @@ def test_the_earth_is_seen_for_as_long_as_nothing_stands_before_it(above: Simula
         assert image.sum() == pytest.approx(wanted.sum(), rel=1e-3)
 
 
+def test_what_accelerates_before_the_earth_hides_it_for_as_long_as_it_does(
+    above: Simulator,
+) -> None:
+    """A dark box, and then both as a turn of the camera accelerates: both are swept in parts."""
+    one = over_the_earth()
+    rest, axis = one.at(one.epoch_tai_ns), np.array([0.2, -0.98, 0.0])
+    look = rest.cameras["cam"]
+
+    def slew(tai_ns: int) -> SceneState:
+        share = (tai_ns - one.epoch_tai_ns) * 1e-9 / EXPOSURE
+        R = rotation_about(axis, (20.0 * share + 60.0 * share**2) / FOCAL)
+        turned = replace(look, R_camera_from_icrf=R @ look.R_camera_from_icrf)
+        return replace(rest, tai_ns=tai_ns, cameras={"cam": turned})
+
+    for during, tolerance in ((moving(one, 20.0, more=15.0), 0.002), (slew, 0.01)):
+        image = electrons(above, during(one.epoch_tai_ns), during)
+        wanted = by_instants(above, one, during, 48)
+        assert np.sqrt(np.mean(np.square(image - wanted))) < tolerance * wanted.max()
+        assert image.sum() == pytest.approx(wanted.sum(), rel=1e-3)
+
+
 def test_rows_see_the_earth_at_their_own_time(above: Simulator) -> None:
     """A camera that turns by 30 px while its rows are read out."""
     row_time = 100e-6
