@@ -118,14 +118,17 @@ def traced(
     """The transport of any body."""
     report = silent if progress is None else progress
     fine = refined(mesh, sides, settings)
-    tracer = RayTracer(fine, watertight=False)
+    # Places and patches follow from what single rays meet; all others only count together.
+    watertight, tracer = RayTracer(fine), RayTracer(fine, watertight=False)
     points = gather_points_of(fine, sides)
     if sides == 1:
-        points = moved_into_open(fine, tracer, points)
+        points = moved_into_open(fine, watertight, points)
     number = len(points.origins)
     total = 4 * number
     report(0, total)
-    seen = cast(fine, tracer, points, sides, settings.gather_rays, lambda done: report(done, total))
+    seen = cast(
+        fine, watertight, points, sides, settings.gather_rays, lambda done: report(done, total)
+    )
     patches = cluster(fine, sides, _exposure(fine, points, seen), settings.patches)
     chosen = largest(fine, points, seen, settings)
     index = cell_index(fine, patches.of_side, settings.cells)

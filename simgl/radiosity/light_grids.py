@@ -82,7 +82,7 @@ def light_grids(
     fine = _cut(mesh, chosen)
     points = gather_points_of(fine, sides, mesh.radius)
     if sides == 1:
-        points = moved_into_open(fine, tracer, points, mesh, _TRIED_EACH)
+        points = moved_into_open(fine, transport.tracer, points, mesh, _TRIED_EACH)
     every = np.ones(len(points.origins), dtype=np.bool_)
     seen, open_ = cells_seen(
         mesh,

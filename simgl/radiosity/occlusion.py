@@ -10,7 +10,7 @@ from simgl.arrays import Array, IndexArray, Mask
 from simgl.radiosity.gather_points import BURIED, LIFT, PLACES, GatherPoints, face_normals
 from simgl.radiosity.hemisphere import cosine_directions, frames
 from simgl.radiosity.in_turn import in_turn
-from simgl.rays import RayTracer
+from simgl.rays import AnyRayTracer
 from simgl.scene.mesh import Mesh
 
 # Rays that tell whether a place is outside all other parts.
@@ -22,7 +22,7 @@ _TRIED_BY_AREA = 60_000
 
 def moved_into_open(
     mesh: Mesh,
-    tracer: RayTracer,
+    tracer: AnyRayTracer,
     gather: GatherPoints,
     body: Mesh | None = None,
     tried_each: int = _TRIED_EACH,
@@ -67,7 +67,7 @@ def moved_into_open(
     return replace(gather, origins=origins, triangles=of_place, weights=shares)
 
 
-def inside_others(mesh: Mesh, tracer: RayTracer, points: Array, normals: Array) -> Mask:
+def inside_others(mesh: Mesh, tracer: AnyRayTracer, points: Array, normals: Array) -> Mask:
     """(n,) whether more than ``BURIED`` of the directions above points (n, 3) meet surfaces from
     behind."""
     faces = face_normals(mesh)[0].astype(np.float32)
