@@ -1,0 +1,98 @@
+"""What the tiles of an image touch of maps of the Earth, by the maps' cells."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from simgl.arrays import AnyArray, Array, IndexArray
+
+# Of the map of clouds, 2048 rows high. Where a pixel is no larger, the texels around a place reach one away
+# from it; the rest is for what rounding does to places.
+_WEATHER_REACH = 1.02 * np.pi / 2048
+# Texels of the map of shores around a place reach three pixels away from it, and no less than this; beyond
+# half a cell of 0.7 deg no pixel is known to be free of shores [Earth radii].
+_SHORE_PIXELS, _SHORE_LEAST, _SHORE_MOST = 3.0, 6e-4, np.pi / 512
+# Of the tiles of simgl/view/background_tiles.py [pixels].
+_TILE_DIAGONAL = 22.7
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MapCells:
+    """What the cells of equirectangular maps hold: sums (2, rows + 1, columns + 1) of their corners,
+    how many of the cells above and left of each are
+
+    shores : not all open sea; not all inland
+    clouds : not free of thin high cloud; not free of any cloud
+    """
+
+    shores: IndexArray
+    clouds: IndexArray
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MapBounds:
+    """Where tiles lie on maps.
+
+    low, high : (3, images, rows, columns) of their corners: latitude and longitude [rad], sine of latitude
+    pixel : edge of a pixel on the ground [Earth radii]
+    """
+
+    low: Array
+    high: Array
+    pixel: Array
+
+    def on_one_side(self, cells: MapCells) -> tuple[AnyArray, AnyArray]:
+        """Whether tiles show open sea alone, and land alone."""
+        reach = np.minimum(_SHORE_PIXELS * self.pixel + _SHORE_LEAST, _SHORE_MOST)
+        sea, land = self._untouched(cells.shores, reach)
+        return sea, land
+
+    def free_of_clouds(self, cells: MapCells, kind: int, off: Array) -> AnyArray:
+        """Whether tiles of pixels no larger than a texel of the clouds' map show none.
+
+        kind : which of ``MapCells.clouds``
+        off : how far off the ground that is seen clouds before it may stand [Earth radii]
+        """
+        (free,) = self._untouched(cells.clouds[kind : kind + 1], off + _WEATHER_REACH)
+        return free
+
+    @cached_property
+    def _bulge(self) -> Array:
+        """By how much edges of tiles may reach past the parallels of their corners [rad].
+
+        Great circles rise by sin(2 latitude) / 16 of the squared longitude between their ends. A plane
+        through the camera cuts the ground in circles of at least 27 deg, which bend by cot(27 deg) / 8 of
+        the squared way.
+        """
+        return (self.high[1] - self.low[1]) ** 2 / 16.0 + (_TILE_DIAGONAL * self.pixel) ** 2 / 4.0
+
+    def _untouched(self, sums: IndexArray, margin: Array) -> AnyArray:
+        """(kinds, images, rows, columns) whether tiles touch no cell that is counted; never of
+        tiles by the date line.
+
+        margin : how far off the tiles cells are touched, too [rad]
+        """
+        margin = margin + self._bulge
+        rows, columns = (length - 1 for length in sums.shape[1:])
+        low, high = self.low, self.high
+        across = np.sqrt(np.maximum(1.0 - np.maximum(high[2], -low[2]) ** 2, 0.0))
+        tall = rows / np.pi * margin
+        wide = 0.5 * columns / np.pi * margin / np.maximum(across, 1e-3)
+        top = np.floor((0.5 - high[0] / np.pi) * rows - tall)
+        bottom = np.ceil((0.5 - low[0] / np.pi) * rows + tall)
+        left = np.floor((low[1] / (2.0 * np.pi) + 0.5) * columns - wide)
+        right = np.ceil((high[1] / (2.0 * np.pi) + 0.5) * columns + wide)
+        inside = (left >= 0) & (right <= columns)
+        above, below = ((columns + 1) * np.clip(row, 0, rows) for row in (top, bottom))
+        first, last = np.clip(left, 0, columns), np.clip(right, 0, columns)
+
+        def counted(row: Array, column: Array) -> AnyArray:
+            places = (row + column).astype(np.int64)
+            return sums.reshape(len(sums), -1).take(places, axis=1, mode="clip")
+
+        within = counted(below, last) - counted(above, last)
+        none = within == counted(below, first) - counted(above, first)
+        return np.asarray(none & inside)
