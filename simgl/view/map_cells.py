@@ -69,29 +69,33 @@ class MapBounds:
         """
         return (self.high[1] - self.low[1]) ** 2 / 16.0 + (_TILE_DIAGONAL * self.pixel) ** 2 / 4.0
 
+    @cached_property
+    def _corners(self) -> tuple[Array, Array, Array, Array, Array]:
+        """Top, bottom, left and right of tiles as parts of half the maps' width, and how much more of it a
+        way along a parallel is than along a meridian."""
+        low, high = self.low / np.pi, self.high / np.pi
+        shortest = np.sqrt(np.maximum(1.0 - np.maximum(self.high[2], -self.low[2]) ** 2, 1e-6))
+        return 0.5 - high[0], 0.5 - low[0], 1.0 + low[1], 1.0 + high[1], 1.0 / shortest
+
     def _untouched(self, sums: IndexArray, margin: Array) -> AnyArray:
         """(kinds, images, rows, columns) whether tiles touch no cell that is counted; never of
         tiles by the date line.
 
         margin : how far off the tiles cells are touched, too [rad]
         """
-        margin = margin + self._bulge
         rows, columns = (length - 1 for length in sums.shape[1:])
-        low, high = self.low, self.high
-        across = np.sqrt(np.maximum(1.0 - np.maximum(high[2], -low[2]) ** 2, 0.0))
-        tall = rows / np.pi * margin
-        wide = 0.5 * columns / np.pi * margin / np.maximum(across, 1e-3)
-        top = np.floor((0.5 - high[0] / np.pi) * rows - tall)
-        bottom = np.ceil((0.5 - low[0] / np.pi) * rows + tall)
-        left = np.floor((low[1] / (2.0 * np.pi) + 0.5) * columns - wide)
-        right = np.ceil((high[1] / (2.0 * np.pi) + 0.5) * columns + wide)
+        top, bottom, left, right, wider = self._corners
+        tall = (margin + self._bulge) / np.pi
+        wide = wider * tall
+        left, right = np.floor(rows * (left - wide)), np.ceil(rows * (right + wide))
         inside = (left >= 0) & (right <= columns)
-        above, below = ((columns + 1) * np.clip(row, 0, rows) for row in (top, bottom))
-        first, last = np.clip(left, 0, columns), np.clip(right, 0, columns)
+        top, bottom = np.floor(rows * (top - tall)), np.ceil(rows * (bottom + tall))
+        above, below = ((columns + 1) * row.clip(0, rows).astype(np.intp) for row in (top, bottom))
+        first, last = (column.clip(0, columns).astype(np.intp) for column in (left, right))
+        flat = sums.reshape(len(sums), -1)
 
-        def counted(row: Array, column: Array) -> AnyArray:
-            places = (row + column).astype(np.int64)
-            return sums.reshape(len(sums), -1).take(places, axis=1, mode="clip")
+        def counted(row: IndexArray, column: IndexArray) -> AnyArray:
+            return flat.take(row + column, axis=1)
 
         within = counted(below, last) - counted(above, last)
         none = within == counted(below, first) - counted(above, first)
