@@ -54,8 +54,8 @@ class BackgroundTiles:
     calm : even ones of which ``MERGED`` along each edge may be one tile
     low, high : sines of the Sun's height, the least and the most
     glint : on which the sea may mirror the Sun so that gusts and slicks show
-    clear : where their pixels are no larger than texels of the clouds' map, without any cloud before
-        them or before the Sun
+    clear : without any cloud before them or before the Sun, where their pixels are no larger than
+        texels of the clouds' map
     known : what they show in any light
     """
 
@@ -217,9 +217,7 @@ def ground_tiles(
     noise_spacing = spacing * np.maximum(_LONG_EDGE / np.sqrt(shortened), 1.0)
     per_pixel = 0.25 * planet.earth.equatorial_radius / float(intrinsics[0, 0])
     pixels = per_pixel * _over_corners(np.add, np.stack([spacing, noise_spacing]))
-    bounds = MapBounds(
-        low=low[1:], high=high[1:], pixel=pixels[0] / planet.earth.equatorial_radius
-    )
+    bounds = MapBounds(low=low[1:], high=high[1:], pixel=pixels[0] / planet.earth.equatorial_radius)
     # The clouds that are seen before a place stand beside it.
     slant = np.clip(low[0], 0.05, 1.0)
     clouds_off = _clouds(planet) * np.sqrt(1.0 - slant**2) / slant

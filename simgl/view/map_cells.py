@@ -9,11 +9,11 @@ import numpy as np
 
 from simgl.arrays import AnyArray, Array, IndexArray
 
-# Of the map of clouds, 2048 rows high. Where a pixel is no larger, the texels around a place reach one away
-# from it; the rest is for what rounding does to places.
+# Of the map of clouds, 2048 rows high. Where a pixel is no larger, the texels around a place reach
+# one away from it; the rest is for what rounding does to places.
 _WEATHER_REACH = 1.02 * np.pi / 2048
-# Texels of the map of shores around a place reach three pixels away from it, and no less than this; beyond
-# half a cell of 0.7 deg no pixel is known to be free of shores [Earth radii].
+# Texels of the map of shores around a place reach three pixels away from it, or a texel and a half
+# of the whole map; farther than 39 km none is looked at [Earth radii].
 _SHORE_PIXELS, _SHORE_LEAST, _SHORE_MOST = 3.0, 6e-4, np.pi / 512
 # Of the tiles of simgl/view/background_tiles.py [pixels].
 _TILE_DIAGONAL = 22.7
@@ -21,8 +21,10 @@ _TILE_DIAGONAL = 22.7
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MapCells:
-    """What the cells of equirectangular maps hold: sums (2, rows + 1, columns + 1) of their corners,
-    how many of the cells above and left of each are
+    """What the cells of equirectangular maps hold.
+
+    Sums (2, rows + 1, columns + 1) of the cells' corners: how many of those above and left of each
+    are
 
     shores : not all open sea; not all inland
     clouds : not free of thin high cloud; not free of any cloud
@@ -36,7 +38,8 @@ class MapCells:
 class MapBounds:
     """Where tiles lie on maps.
 
-    low, high : (3, images, rows, columns) of their corners: latitude and longitude [rad], sine of latitude
+    low, high : (3, images, rows, columns) of their corners: latitude and longitude [rad], sine of
+        latitude
     pixel : edge of a pixel on the ground [Earth radii]
     """
 
@@ -63,16 +66,16 @@ class MapBounds:
     def _bulge(self) -> Array:
         """By how much edges of tiles may reach past the parallels of their corners [rad].
 
-        Great circles rise by sin(2 latitude) / 16 of the squared longitude between their ends. A plane
-        through the camera cuts the ground in circles of at least 27 deg, which bend by cot(27 deg) / 8 of
-        the squared way.
+        Great circles rise by sin(2 latitude) / 16 of the squared longitude between their ends. A
+        plane through the camera cuts the ground in circles of at least 27 deg, which bend by
+        cot(27 deg) / 8 of the squared way.
         """
         return (self.high[1] - self.low[1]) ** 2 / 16.0 + (_TILE_DIAGONAL * self.pixel) ** 2 / 4.0
 
     @cached_property
     def _corners(self) -> tuple[Array, Array, Array, Array, Array]:
-        """Top, bottom, left and right of tiles as parts of half the maps' width, and how much more of it a
-        way along a parallel is than along a meridian."""
+        """Top, bottom, left and right of tiles as parts of half the maps' width, and how much more
+        of it a way along a parallel is than along a meridian."""
         low, high = self.low / np.pi, self.high / np.pi
         shortest = np.sqrt(np.maximum(1.0 - np.maximum(self.high[2], -self.low[2]) ** 2, 1e-6))
         return 0.5 - high[0], 0.5 - low[0], 1.0 + low[1], 1.0 + high[1], 1.0 / shortest

@@ -224,7 +224,7 @@ def make_shores(maps: EarthMaps) -> tuple[IndexArray, IndexArray]:
 
 
 def over_cells(of_two: np.ufunc, codes: Image8) -> Image8:
-    """(1024, 2048) what a function of two makes of a map's codes (h, w) in each cell of 0.18 deg."""
+    """(1024, 2048) what a function of two makes of a map's codes (h, w) in each cell."""
     height, width = codes.shape
     edges = np.arange(_CELLS + 1) * height // _CELLS
     columns = np.arange(2 * _CELLS) * width // (2 * _CELLS)

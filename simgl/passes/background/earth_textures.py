@@ -121,7 +121,8 @@ class EarthTextures:
             self._weather = [map_texture(self._ctx, self._weather_levels)]
             self._smaller = None
             share, high = (
-                over_cells(np.maximum, self._weather_levels[0][..., channel]) > 0 for channel in (0, 2)
+                over_cells(np.maximum, self._weather_levels[0][..., channel]) > 0
+                for channel in (0, 2)
             )
             self.cells = MapCells(
                 shores=np.stack(self._shores),
