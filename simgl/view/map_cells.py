@@ -14,7 +14,7 @@ from simgl.arrays import AnyArray, Array, IndexArray
 _WEATHER_REACH = 1.02 * np.pi / 2048
 # Texels of the map of shores around a place reach three pixels away from it, or a texel and a half
 # of the whole map; farther than 39 km none is looked at [Earth radii].
-_SHORE_PIXELS, _SHORE_LEAST, _SHORE_MOST = 3.0, 6e-4, np.pi / 512
+_SHORE_PIXELS, _MIN_SHORE_REACH, _MAX_SHORE_REACH = 3.0, 6e-4, np.pi / 512
 # Of the tiles of simgl/view/background_tiles.py [pixels].
 _TILE_DIAGONAL = 22.7
 
@@ -49,7 +49,7 @@ class MapBounds:
 
     def on_one_side(self, cells: MapCells) -> tuple[AnyArray, AnyArray]:
         """Whether tiles show open sea alone, and land alone."""
-        reach = np.minimum(_SHORE_PIXELS * self.pixel + _SHORE_LEAST, _SHORE_MOST)
+        reach = np.minimum(_SHORE_PIXELS * self.pixel + _MIN_SHORE_REACH, _MAX_SHORE_REACH)
         sea, land = self._untouched(cells.shores, reach)
         return sea, land
 
