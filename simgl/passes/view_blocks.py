@@ -25,7 +25,7 @@ from simgl.sample_grid import SampleGrid
 from simgl.view.raster_tiles import RasterTile
 from simgl.view.spacecraft_view import SpacecraftView
 
-# Of each block, the last that stay written: more than most tiles have slices and spacecraft.
+# Of each block, the last of an image that stay written: more than most have tiles and spacecraft.
 _KEPT = 16
 
 _Key = TypeVar("_Key", bound=Hashable)
@@ -48,6 +48,9 @@ class _Written(Generic[_Key]):
 
         self._buffers.get(key, written).bind()
 
+    def forget(self) -> None:
+        self._buffers.clear()
+
     def release(self) -> None:
         self._buffers.clear()
         while self._unused:
@@ -62,6 +65,11 @@ class ViewBlocks:
         self._tiles = _Written[tuple[RasterTile, int]](ctx, TILE)
         self._spacecraft = _Written[tuple[SpacecraftView, AirBetween | None]](ctx, SPACECRAFT)
         self._shadows = _Written[tuple[SpacecraftView, SampleGrid]](ctx, SHADOW)
+
+    def begin(self) -> None:
+        """Forget what an earlier image has written; its buffers serve the next one."""
+        for written in (self._tiles, self._spacecraft, self._shadows):
+            written.forget()
 
     def bind_tile(self, tile: RasterTile, depth_slice: int = 0) -> None:
         """The Tile block for one of the depth slices of a tile."""

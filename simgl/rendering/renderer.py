@@ -165,6 +165,7 @@ class Renderer:
 
     def radiance(self, view: FrameView) -> ImageTarget:
         """Radiance per band [W m-2 sr-1], RGBA32F; valid until the next call at this size."""
+        self._blocks.begin()
         target = self._target(f"radiance {view.ramps}", view.camera, _BANDS)
         if view.gather == "vertex":
             tiles = (tile for seen in view.pinholes for tile in seen.tiles)
@@ -176,6 +177,7 @@ class Renderer:
 
     def radiance_during(self, views: MovingViews) -> ImageTarget:
         """The mean radiance that each row sees over its exposure, as ``radiance`` gives it."""
+        self._blocks.begin()
         target = self._target(f"radiance {views.ramps}", views.camera, _BANDS)
         drawing = Drawing(self._lit_tiles, self._all_background, self._distorted)
         self._exposure.draw(views, target, drawing)
@@ -348,11 +350,8 @@ class Renderer:
             shadow_maps = self._shadow.cast([view.shadow for view in views])
         # On the CPU, while the renderer draws the shadow maps.
         with self.timer.measure("interreflection"):
-            sky_of = {
-                look.key: probe
-                for look, probe in zip(looks, probes, strict=True)
-                if look is not None and probe is not None
-            }
+            known = zip(looks, probes, strict=True)
+            sky_of = {look.key: probe for look, probe in known if look and probe}
 
             def sky_around(look: SkyView | None) -> SkyRadiance | None:
                 return None if look is None else sky_of[look.key].sky_around(look)

@@ -136,7 +136,7 @@ class GroundTiles:
     def in_light_of(self, sun_direction_itrf: Array32) -> BackgroundTiles:
         """The tiles in the light of the Sun, or of the Moon in its place."""
         sun = sun_direction_itrf.astype(np.float64)
-        sine = np.tensordot(sun, self.normal, 1)
+        sine = _along(sun, self.normal)
         low, high = _extremes(sine)
         bend = unevenness(self.bend, low, high)
         even = bend < 1.0
@@ -160,7 +160,7 @@ class GroundTiles:
         if self.view is None:
             return np.zeros_like(self.ground)
         # Of the normal from half-way between camera and Sun.
-        across = np.sqrt(np.maximum(2.0 + 2.0 * np.tensordot(sun, self.view, 1), 1e-12))
+        across = np.sqrt(np.maximum(2.0 + 2.0 * _along(sun, self.view), 1e-12))
         cosine = np.maximum((_dot(self.view, self.normal) + sine) / across, 0.05)
         low, high = _extremes(1.0 / cosine**2 - 1.0)
         return (low - (high - low) < _NO_GUSTS) & (highest > 0.0)
@@ -202,12 +202,12 @@ def ground_tiles(
     sea, land, cloudless = np.zeros((3, *ground.shape), dtype=bool)
     if cells is not None:
         # The clouds that are seen before a place stand beside it.
-        slant = np.clip(low[0], 0.05, 1.0)
+        slant = np.minimum(np.maximum(low[0], 0.05), 1.0)
         parallax = _clouds(planet) * np.sqrt(1.0 - slant**2) / slant
         sea, land, cloudless = _untouched(cells, low[1:], high[1:], parallax)
-    shortened = np.maximum(corners.slant, 1e-3)
-    spacing = corners.distance / np.sqrt(shortened)
-    noise_spacing = spacing * np.maximum(_LONG_EDGE / np.sqrt(shortened), 1.0)
+    shortening = np.sqrt(np.maximum(corners.slant, 1e-3))
+    spacing = corners.distance / shortening
+    noise_spacing = spacing * np.maximum(_LONG_EDGE / shortening, 1.0)
     per_pixel = 0.25 * planet.earth.equatorial_radius / float(intrinsics[0, 0])
     pixels = per_pixel * _over_corners(np.add, np.stack([spacing, noise_spacing]))
     return GroundTiles(
@@ -305,7 +305,7 @@ def _ground_and_air(
     columns, rows = (-(-length // TILE) for length in size)
     middles = _rays(turns, intrinsics, (columns, rows), 0.5)
     nadir = -planet.camera_in_sphere.astype(np.float64)
-    cosine = np.tensordot(nadir / norm(nadir), middles, 1)
+    cosine = _along(nadir / norm(nadir), middles)
     cosine /= np.sqrt(_dot(middles, middles))
     # No tile is wider than one in the middle of the image.
     half = 0.5 * TILE * float(np.hypot(1.0 / intrinsics[0, 0], 1.0 / intrinsics[1, 1]))
@@ -347,7 +347,7 @@ def _corners_on_ground(
     d = _rays(turns, intrinsics, (columns, rows), 0.0)
     place = planet.camera_in_sphere.astype(np.float64)
     radii = np.array(planet.earth.radii)[:, None, None, None]
-    dd, od = _dot(d, d), np.tensordot(place, d, 1)
+    dd, od = _dot(d, d), _along(place, d)
     discriminant = od * od - dd * planet.outside
     meets = (discriminant > 0.0) & (od < 0.0)
     root = np.sqrt(np.maximum(discriminant, 0.0))
@@ -378,15 +378,15 @@ def _untouched(cells: MapCells, low: Array, high: Array, margin: Array) -> AnyAr
     left = np.floor((low[1] / (2.0 * np.pi) + 0.5) * columns - wide)
     right = np.ceil((high[1] / (2.0 * np.pi) + 0.5) * columns + wide)
     inside = (left >= 0) & (right <= columns)
-    above, below = ((columns + 1) * np.clip(row, 0, rows) for row in (top, bottom))
-    first, last = np.clip(left, 0, columns), np.clip(right, 0, columns)
+    ends = (top, rows), (bottom, rows), (left, columns), (right, columns)
+    above, below, first, last = (np.minimum(np.maximum(at, 0), end) for at, end in ends)
 
     def counted(row: Array, column: Array) -> AnyArray:
-        return cells.sums.reshape(3, -1).take((row + column).astype(np.int64), axis=1, mode="clip")
+        place = ((columns + 1) * row + column).astype(np.int64)
+        return cells.sums.reshape(3, -1).take(place, axis=1, mode="clip")
 
     within = counted(below, last) - counted(above, last)
-    none = within == counted(below, first) - counted(above, first)
-    return np.asarray(none & inside)
+    return np.asarray(inside & (within == counted(below, first) - counted(above, first)))
 
 
 def _from_faces(normal: Array, margin: float) -> Array:
@@ -423,6 +423,11 @@ def _camera_rays(intrinsics: bytes, count: tuple[int, int], first: float) -> Arr
 
 def _dot(a: Array, b: Array) -> Array:
     return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+
+
+def _along(direction: Array, vectors: Array) -> Array:
+    """Products of a direction (3,) and vectors (3, ...): ``tensordot`` in a tenth of its time."""
+    return np.asarray((direction[None] @ vectors.reshape(3, -1)).reshape(vectors.shape[1:]))
 
 
 def _unit(vectors: Array) -> Array:
