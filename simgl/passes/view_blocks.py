@@ -1,5 +1,4 @@
-"""The uniform blocks of tiles and of spacecraft in view: each is written once, and bound by every
-pass that reads it."""
+"""Uniform blocks of tiles and spacecraft: written once, and bound by each pass that reads them."""
 
 from __future__ import annotations
 
@@ -26,7 +25,7 @@ from simgl.view.raster_tiles import RasterTile
 from simgl.view.spacecraft_view import SpacecraftView
 
 # Of each block, the last of an image that stay written: more than most have tiles and spacecraft.
-_KEPT = 16
+_CACHED = 16
 
 _Key = TypeVar("_Key", bound=Hashable)
 
@@ -37,7 +36,7 @@ class _Written(Generic[_Key]):
     def __init__(self, ctx: moderngl.Context, block: Block) -> None:
         self._ctx, self._block = ctx, block
         self._unused: list[UniformBuffer] = []
-        self._buffers = LruCache[_Key, UniformBuffer](_KEPT, self._unused.append)
+        self._buffers = LruCache[_Key, UniformBuffer](_CACHED, self._unused.append)
 
     def bind(self, key: _Key, values: Callable[[], dict[str, Any]]) -> None:
         def written() -> UniformBuffer:
