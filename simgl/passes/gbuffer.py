@@ -14,7 +14,6 @@ from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.render_targets import Format, GrowingTarget, textures_of
 from simgl.gpu.screen_shader import ScreenShader
-from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.passes.drawn_spacecraft import DrawnSpacecraft
 from simgl.passes.mesh_store import MeshStore
 from simgl.passes.shading_points import (
@@ -39,10 +38,9 @@ from simgl.passes.shared_blocks import (
     MATERIALS,
     SPACECRAFT,
     TILE,
-    spacecraft_values,
-    tile_values,
 )
 from simgl.passes.texture_store import IMAGE_UNITS
+from simgl.passes.view_blocks import ViewBlocks
 from simgl.view.raster_tiles import RasterTile
 
 # Of the byte of a block, the bits that hold its pages, and those that tell whether its cells show
@@ -79,8 +77,8 @@ class GBufferPass:
     colour_only = State()
 
     @all_or_nothing
-    def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
-        self._ctx, self._meshes = ctx, meshes
+    def __init__(self, ctx: moderngl.Context, meshes: MeshStore, blocks: ViewBlocks) -> None:
+        self._ctx, self._meshes, self._blocks = ctx, meshes, blocks
         self._grouping: dict[tuple[int, tuple[str, ...]], PointScreen] = {}
         first = {"cell_groups": CELL_GROUPS["cell_groups"]}
         self._counting = screen(ctx, ScreenShader("gbuffer/pages", 0.0, [TILE], first))
@@ -89,8 +87,6 @@ class GBufferPass:
         self._unmarked = screen(ctx, ScreenShader("gbuffer/unmarked", OTHERS, [], {}))
         self._marks: dict[tuple[str, ...], PointScreen] = {}
         self._lookups: dict[tuple[str, ...], PointScreen] = {}
-        self._tile = UniformBuffer(ctx, TILE)
-        self._spacecraft = UniformBuffer(ctx, SPACECRAFT)
         self._groups = GrowingTarget(ctx, [range(len(CELL_GROUPS))], Format("u4", 4))
         self._counts = GrowingTarget(ctx, [[0]], Format("u1"))
         self._point_groups = GrowingTarget(ctx, [[0]], Format("u4"))
@@ -119,8 +115,7 @@ class GBufferPass:
         """
         cells, blocks = tile.cells.size, blocks_of(tile.cells.size)
         (groups,) = self._groups.covering(cells)
-        self._tile.write(tile_values(tile, tile.slices[0]))
-        self._tile.bind()
+        self._blocks.bind_tile(tile)
         visibility.use(_VISIBILITY_UNIT)
         telling = ("TELL_TRIANGLES",) * (even is not None)
         self._grouping_for(tile.cells.texels, telling).draw(
@@ -242,10 +237,8 @@ class GBufferPass:
             draw_marked(points.edges, points, self._look_up_for((*of_places, "EDGES")))
 
     def _bind_mesh(self, tile: RasterTile, drawn: DrawnSpacecraft) -> None:
-        self._tile.write(tile_values(tile, tile.slices[0]))
-        self._spacecraft.write(spacecraft_values(drawn.view))
-        self._tile.bind()
-        self._spacecraft.bind()
+        self._blocks.bind_tile(tile)
+        self._blocks.bind_spacecraft(drawn)
         tables = self._meshes.tables(drawn.mesh)
         tables.corners.use(_CORNERS_UNIT)
         tables.vertices.use(_VERTICES_UNIT)
@@ -329,8 +322,6 @@ class GBufferPass:
         )
         for target in (*growing, *self._targets.values()):
             target.release()
-        for buffer in (self._tile, self._spacecraft):
-            buffer.release()
         for grouping in (self._counting, self._paging, self._unmarked, *self._grouping.values()):
             grouping.release()
         for shader in (*self._marks.values(), *self._lookups.values()):

@@ -16,7 +16,6 @@ from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.render_targets import Format, GrowingTarget, textures_of
 from simgl.gpu.screen_shader import ScreenShader
-from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.passes.drawn_spacecraft import DrawnSpacecraft
 from simgl.passes.shading_points import (
     COLUMNS,
@@ -32,14 +31,8 @@ from simgl.passes.shading_points import (
     listed_points,
     point_shader,
 )
-from simgl.passes.shared_blocks import (
-    SHADOW,
-    SPACECRAFT,
-    TILE,
-    shadow_values,
-    spacecraft_values,
-    tile_values,
-)
+from simgl.passes.shared_blocks import SHADOW, SPACECRAFT, TILE
+from simgl.passes.view_blocks import ViewBlocks
 from simgl.view.raster_tiles import RasterTile
 from simgl.view.spacecraft_view import SpacecraftView
 
@@ -69,8 +62,8 @@ class SunlightPass:
     colour_only = State()
 
     @all_or_nothing
-    def __init__(self, ctx: moderngl.Context) -> None:
-        self._ctx = ctx
+    def __init__(self, ctx: moderngl.Context, blocks: ViewBlocks) -> None:
+        self._ctx, self._blocks = ctx, blocks
         depths, behind, tops, planes, slabs, slopes = (
             {name: unit} for name, unit in _SHADOW_UNITS.items()
         )
@@ -96,9 +89,6 @@ class SunlightPass:
         self._screens: dict[tuple[str, ...], PointScreen] = {}
         for way in (), ("SEARCH",):
             self._screen_for(way, ())
-        self._tile = UniformBuffer(ctx, TILE)
-        self._spacecraft = UniformBuffer(ctx, SPACECRAFT)
-        self._shadow = UniformBuffer(ctx, SHADOW)
         self._sunlight = GrowingTarget(ctx, [[0]])
         self._results = GrowingTarget(ctx, [[0]])
         self._masks = GrowingTarget(ctx, [[0]], Format("u1"))
@@ -185,11 +175,9 @@ class SunlightPass:
     def _bind(
         self, tile: RasterTile, gbuffer: Sequence[moderngl.Texture], drawn: DrawnSpacecraft
     ) -> None:
-        for block in (self._tile, self._spacecraft, self._shadow):
-            block.bind()
-        self._tile.write(tile_values(tile, tile.slices[0]))
-        self._spacecraft.write(spacecraft_values(drawn.view))
-        self._shadow.write(shadow_values(drawn.view, tile.sample_grid))
+        self._blocks.bind_tile(tile)
+        self._blocks.bind_spacecraft(drawn)
+        self._blocks.bind_shadow(drawn.view, tile.sample_grid)
         for unit, texture in zip(_GBUFFER_UNITS.values(), gbuffer, strict=False):
             texture.use(unit)
         for unit, texture in zip(_SHADOW_UNITS.values(), drawn.shadow_maps, strict=True):
@@ -244,8 +232,6 @@ class SunlightPass:
         targets = self._sunlight, self._results, self._masks, self._points, self._pages
         for target in (*targets, self._even_squares):
             target.release()
-        for buffer in (self._tile, self._spacecraft, self._shadow):
-            buffer.release()
         for drawn in (self._unknown, *self._screens.values()):
             drawn.release()
 

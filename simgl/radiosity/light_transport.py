@@ -139,7 +139,7 @@ class LightGrids:
         arrays = self.triangles, self.point_of_node, self.row_of_node
         return sum(array.nbytes for array in arrays) + matrix_nbytes(self.gather)
 
-    @property
+    @cached_property
     def rows(self) -> int:
         """Of the table."""
         return int(self.row_of_node.max()) + 1

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import astuple, fields, replace
 from pathlib import Path
 from typing import Any, Literal, TypeVar
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from scipy import sparse
@@ -406,8 +407,19 @@ def _cells_somewhere(cells: PatchCells, transport: LightTransport) -> bool:
     return right and bool(np.all((cells.patch >= 0) & (cells.patch < len(transport.areas))))
 
 
+# Of each transport in use, for the pose that asked last: most poses stay from frame to frame.
+_lit_meshes = WeakKeyDictionary[LightTransport, tuple[PosedMesh, PosedMesh]]()
+
+
 def lit_mesh(model: SpacecraftModel, transport: LightTransport) -> PosedMesh:
     """The transport's mesh with the joints where they are."""
+    posed, last = model.posed_mesh, _lit_meshes.get(transport)
+    if last is None or last[0] is not posed:
+        last = _lit_meshes[transport] = posed, _lit_mesh(model, transport)
+    return last[1]
+
+
+def _lit_mesh(model: SpacecraftModel, transport: LightTransport) -> PosedMesh:
     if isinstance(transport, PosedTransport):
         return replace(model.posed_mesh, mesh=transport.mesh)
     coarse = model.coarsely_posed(STEPS["exact"])

@@ -137,7 +137,7 @@ class GroundTiles:
     def in_light_of(self, sun_direction_itrf: Array32) -> BackgroundTiles:
         """The tiles in the light of the Sun, or of the Moon in its place."""
         sun = sun_direction_itrf.astype(np.float64)
-        sine = np.tensordot(sun, self.normal, 1)
+        sine = _along(sun, self.normal)
         low, high = _extremes(sine)
         bend = unevenness(self.bend, low, high)
         even = bend < 1.0
@@ -173,7 +173,7 @@ class GroundTiles:
         if self.view is None:
             return np.zeros_like(self.ground)
         # Of the normal from half-way between camera and Sun.
-        across = np.sqrt(np.maximum(2.0 + 2.0 * np.tensordot(sun, self.view, 1), 1e-12))
+        across = np.sqrt(np.maximum(2.0 + 2.0 * _along(sun, self.view), 1e-12))
         cosine = np.maximum((_dot(self.view, self.normal) + sine) / across, 0.05)
         low, high = _extremes(1.0 / cosine**2 - 1.0)
         return (low - (high - low) < _NO_GUSTS) & (highest > 0.0)
@@ -212,9 +212,9 @@ def ground_tiles(
         two_faces = away[0] > 0.0
         one_face = two_faces.sum(axis=0) == 2
         two_faces = two_faces & ~one_face
-    shortened = np.maximum(corners.slant, 1e-3)
-    spacing = corners.distance / np.sqrt(shortened)
-    noise_spacing = spacing * np.maximum(_LONG_EDGE / np.sqrt(shortened), 1.0)
+    shortening = np.sqrt(np.maximum(corners.slant, 1e-3))
+    spacing = corners.distance / shortening
+    noise_spacing = spacing * np.maximum(_LONG_EDGE / shortening, 1.0)
     per_pixel = 0.25 * planet.earth.equatorial_radius / float(intrinsics[0, 0])
     pixels = per_pixel * _over_corners(np.add, np.stack([spacing, noise_spacing]))
     bounds = MapBounds(low=low[1:], high=high[1:], pixel=pixels[0] / planet.earth.equatorial_radius)
@@ -324,7 +324,7 @@ def _ground_and_air(
     columns, rows = (-(-length // TILE) for length in size)
     middles = _rays(turns, intrinsics, (columns, rows), 0.5)
     nadir = -planet.camera_in_sphere.astype(np.float64)
-    cosine = np.tensordot(nadir / norm(nadir), middles, 1)
+    cosine = _along(nadir / norm(nadir), middles)
     cosine /= np.sqrt(_dot(middles, middles))
     # No tile is wider than one in the middle of the image.
     half = 0.5 * TILE * float(np.hypot(1.0 / intrinsics[0, 0], 1.0 / intrinsics[1, 1]))
@@ -366,7 +366,7 @@ def _corners_on_ground(
     d = _rays(turns, intrinsics, (columns, rows), 0.0)
     place = planet.camera_in_sphere.astype(np.float64)
     radii = np.array(planet.earth.radii)[:, None, None, None]
-    dd, od = _dot(d, d), np.tensordot(place, d, 1)
+    dd, od = _dot(d, d), _along(place, d)
     discriminant = od * od - dd * planet.outside
     meets = (discriminant > 0.0) & (od < 0.0)
     root = np.sqrt(np.maximum(discriminant, 0.0))
@@ -415,6 +415,11 @@ def _camera_rays(intrinsics: bytes, count: tuple[int, int], first: float) -> Arr
 
 def _dot(a: Array, b: Array) -> Array:
     return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+
+
+def _along(direction: Array, vectors: Array) -> Array:
+    """Products of a direction (3,) and vectors (3, ...): ``tensordot`` in a tenth of its time."""
+    return np.asarray((direction[None] @ vectors.reshape(3, -1)).reshape(vectors.shape[1:]))
 
 
 def _unit(vectors: Array) -> Array:

@@ -90,8 +90,10 @@ SHARED_PASSES = {
     "simgl.passes.outline_program",
     "simgl.passes.shading_points",
     "simgl.passes.shared_blocks",
+    "simgl.passes.tasks_ahead",
     "simgl.passes.texture_store",
     "simgl.passes.vertex_sums",
+    "simgl.passes.view_blocks",
 }
 
 
