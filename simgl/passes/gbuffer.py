@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import moderngl
 import numpy as np
 
-from simgl.arrays import AnyArray, Mask
+from simgl.arrays import AnyArray
 from simgl.gpu.context import wait_for_draws
 from simgl.gpu.fullscreen import Screen, screen
 from simgl.gpu.pipeline_state import State
@@ -15,6 +15,7 @@ from simgl.gpu.release import all_or_nothing
 from simgl.gpu.render_targets import Format, GrowingTarget, textures_of
 from simgl.gpu.screen_shader import ScreenShader
 from simgl.passes.drawn_spacecraft import DrawnSpacecraft
+from simgl.passes.even_squares import EvenSquares, without_penumbras
 from simgl.passes.mesh_store import MeshStore
 from simgl.passes.shading_points import (
     CELL_GROUPS,
@@ -122,8 +123,9 @@ class GBufferPass:
             self.colour_only, groups, (0, 0, *cells)
         )
         of_block = self._page_counts(textures_of(groups)[0], blocks)
-        wide = None if even is None else self._wide(tile, of_block, spacecraft[0], even)
-        entries, first = page_table(of_block & _COUNT, wide)
+        squares = self._even_squares(tile, of_block, spacecraft[0], even)
+        kinds = squares.kinds if squares.kinds.any() else None
+        entries, first, wide_rows = page_table(of_block & _COUNT, kinds)
         page_entries = self._page_entries.written(entries)
         point_groups = self._groups_of_points(textures_of(groups), page_entries, len(entries))
         detailed = any("DETAILED" in drawn.view.model.variant for drawn in spacecraft)
@@ -144,6 +146,8 @@ class GBufferPass:
             entries=entries,
             bare=of_block >= BARE,
             wide_pages=even is not None,
+            wide_rows=wide_rows,
+            partly_lit=squares.partly_lit,
             of_one=len(spacecraft) == 1 and not by_rays,
             page_entries=page_entries,
             block_pages=self._block_pages.written(first),
@@ -170,15 +174,18 @@ class GBufferPass:
         data = counts.read(viewport=area, components=1, alignment=1, dtype="u1")
         return np.frombuffer(data, dtype=np.uint8).reshape(blocks[::-1])
 
-    def _wide(
-        self, tile: RasterTile, of_block: AnyArray, drawn: DrawnSpacecraft, even: EvenLight
-    ) -> Mask | None:
-        """(rows, columns) of the squares of 2 x 2 blocks: those that have one page together."""
+    def _even_squares(
+        self, tile: RasterTile, of_block: AnyArray, drawn: DrawnSpacecraft, even: EvenLight | None
+    ) -> EvenSquares:
+        """Over which squares of 2 x 2 blocks light is smooth: they have one page together."""
+        none = without_penumbras(np.zeros((0, 0), dtype=np.uint8))
+        if even is None:
+            return none
         candidates = np.logical_and.reduce(
             [part & _ONE_TRIANGLE != 0 for part in blocks_of_squares(of_block)]
         )
         if np.count_nonzero(candidates) < _WORTH_ASKING * candidates.size or not candidates.size:
-            return None
+            return none
         size = candidates.shape[1], candidates.shape[0]
         (target,) = self._squares.covering(size)
         self._bind_mesh(tile, drawn)
@@ -187,7 +194,7 @@ class GBufferPass:
         if lighting is not None and lighting.grids is not None:
             variant = (*variant, "LIGHT_GRIDS")
         self._look_up_for((*variant, "OF_SQUARES")).draw(self.colour_only, target, (0, 0, *size))
-        return candidates & even(textures_of(target), size)
+        return even(textures_of(target), candidates)
 
     def _groups_of_points(
         self, groups: Sequence[moderngl.Texture], page_entries: moderngl.Texture, rows: int

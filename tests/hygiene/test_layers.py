@@ -86,6 +86,7 @@ SHARED_PASSES = {
     "simgl.passes.caster_planes",
     "simgl.passes.caster_slabs",
     "simgl.passes.drawn_spacecraft",
+    "simgl.passes.even_squares",
     "simgl.passes.mesh_store",
     "simgl.passes.outline_program",
     "simgl.passes.shading_points",
