@@ -30,6 +30,8 @@ _SMOOTH, _WIDEST = 1.0, 0.4
 _STRONG = 0.25
 # What one of the fewest rays of a receiver covers is a disc of about so many radians.
 _OF_RAY = 0.05
+# Cosine below which lobes cover so much less of the hemisphere that it counts.
+_LOW = 0.25
 # Sample points that cover less than this share of what a receiver sees of their patch are left out.
 _LITTLE = 0.02
 # Of patches that cover less than this share of the hemisphere one sample point stands for all; of
@@ -151,7 +153,7 @@ class GlossyPlaces:
         height = np.maximum(_OF_TOUCHED * np.sqrt(share), GRAZING).astype(np.float32)
         towards, lean = above(towards, self.normals[place], height)
         law = self.law[place]
-        width = _least_widths(share, reach)
+        width = _least_widths(share, reach, lean)
         bent = np.minimum(self._laws.alpha2[law] + self._bends[place], np.float32(1.0))
         alpha2 = np.maximum(bent, width * width)
         return PlacePairs(
@@ -260,13 +262,15 @@ def above(
     return raised, np.maximum(cosine, np.float32(0.5 * GRAZING))
 
 
-def _least_widths(share: Array32, reach: Array32) -> Array32:
+def _least_widths(share: Array32, reach: Array32, lean: Array32) -> Array32:
     """(n,) of the lobes of places that cover shares of a receiver's hemisphere.
 
-    reach : their radii over their distances
+    reach : their radii over their distances; lean : cosine of the receiver's direction there
     """
-    # A ray stands for a part of the hemisphere, and no lobe may be narrower than that.
-    reach = np.maximum(reach, np.minimum(np.sqrt(share), _OF_RAY))
+    # A ray stands for a part of the hemisphere, and no lobe may be narrower than that. Close to the
+    # surface lobes cover less of it, as their cosine does.
+    low = np.minimum(lean / np.float32(_LOW), 1.0)
+    reach = np.maximum(reach, np.minimum(np.sqrt(share), _OF_RAY) / np.sqrt(low))
     width = np.minimum(_SMOOTH * reach, _WIDEST)
     # What covers much is seen under as many directions, wherever its middle is.
     broad = np.flatnonzero(share > _BROAD)
