@@ -200,12 +200,12 @@ def _with_finer_sunlight(
     if at_nodes is not None and of_nodes is not None:
         nearness = np.concatenate([nearness, at_nodes.nearness])
         starts.append(of_nodes)
-    middles = [each.middles(transport.mesh) for each in starts]
+    places = [each.where_open(transport.mesh) for each in starts]
     transport = replace(
         transport,
         cells=cells,
         grids=grids,
-        start_places=np.concatenate(middles).astype(np.float32),
+        start_places=np.concatenate(places).astype(np.float32),
         start_normals=np.concatenate([each.normals for each in starts]).astype(np.float32),
     )
     return replace(

@@ -120,11 +120,11 @@ class GlossyPlaces:
         """The patches that receivers see.
 
         seen : (r, g) share of the hemisphere of each receiver
-        places, normals : (r, 3) of the receivers [m]
+        places : (r, k, 3) from which receivers see them in turn [m]; normals : (r, 3) there
         cells : (c, r) the same of ``cells``; None where they are not known
         """
         row, patch, share = seen.row.astype(np.int64), seen.col.astype(np.int64), seen.data
-        offset = places[row] - self.middle[patch]
+        offset = _in_turn(places, row) - self.middle[patch]
         distance = np.maximum(_lengths(offset), np.float32(1e-9))
         reach = self._radius[patch] / distance
         near = (reach > _WIDE) & self._strong[patch]
@@ -153,7 +153,7 @@ class GlossyPlaces:
         height = np.maximum(_OF_TOUCHED * np.sqrt(share), GRAZING).astype(np.float32)
         towards, lean = above(towards, self.normals[place], height)
         law = self.law[place]
-        width = _least_widths(share, reach, lean)
+        width = _min_widths(share, reach, lean)
         bent = np.minimum(self._laws.alpha2[law] + self._bends[place], np.float32(1.0))
         alpha2 = np.maximum(bent, width * width)
         return PlacePairs(
@@ -186,7 +186,7 @@ class GlossyPlaces:
         key = _keys(seen.col, self._patch_of_cell[seen.row], self.count)
         held = np.isin(key, _keys(row, patch, self.count))
         cell, receiver = seen.row[held], seen.col[held].astype(np.int64)
-        offset = places[receiver] - of_transport.points[self.cells[cell]]
+        offset = _in_turn(places, receiver) - of_transport.points[self.cells[cell]]
         on = self._patch_of_cell[cell]
         radius = self._radius[on] / np.sqrt(np.bincount(self._patch_of_cell)[on])
         distance = np.maximum(_lengths(offset), np.float32(1e-3) * self._radius[on])
@@ -206,7 +206,7 @@ class GlossyPlaces:
     ) -> tuple[IndexArray, IndexArray, Array32, Array32, Array32]:
         """Pairs of patches nearby: their sample points, by what each covers of the hemisphere."""
         points = self._transport.points[self.glossy]
-        offset = places[row][:, None] - points[patch]
+        offset = places[row] - points[patch]
         distance = np.maximum(_lengths(offset), np.float32(1e-3) * radius[patch][:, None])
         towards = offset / distance[:, :, None]
         lean = np.einsum("nsi,nsi->ns", towards, self._transport.normals[self.glossy][patch])
@@ -262,7 +262,7 @@ def above(
     return raised, np.maximum(cosine, np.float32(0.5 * GRAZING))
 
 
-def _least_widths(share: Array32, reach: Array32, lean: Array32) -> Array32:
+def _min_widths(share: Array32, reach: Array32, lean: Array32) -> Array32:
     """(n,) of the lobes of places that cover shares of a receiver's hemisphere.
 
     reach : their radii over their distances; lean : cosine of the receiver's direction there
@@ -277,6 +277,11 @@ def _least_widths(share: Array32, reach: Array32, lean: Array32) -> Array32:
     wide = np.minimum(_OF_COVERED * np.sqrt(share[broad]), 1.0)
     width[broad] = np.maximum(width[broad], wide)
     return np.asarray(width, dtype=np.float32)
+
+
+def _in_turn(places: Array32, row: IndexArray) -> Array32:
+    """(n, 3) one of the places (r, k, 3) of each row, the next one for each pair."""
+    return np.asarray(places[row, np.arange(len(row)) % places.shape[1]])
 
 
 def _keys(row: IndexArray, patch: IndexArray, count: int) -> IndexArray:

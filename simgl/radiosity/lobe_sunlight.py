@@ -13,7 +13,7 @@ import numpy as np
 from scipy import sparse
 
 from simgl.arrays import Array, Array32, IndexArray, Mask
-from simgl.radiosity.gather_points import unit_rows
+from simgl.radiosity.gather_points import open_in_turn, unit_rows
 from simgl.radiosity.glossy_places import GRAZING, GlossyPlaces, above
 from simgl.radiosity.light_transport import LightTransport, by_columns
 from simgl.radiosity.lobe_pairs import Light, LightOnPatches, LobePairs, SunOnPlaces
@@ -174,11 +174,12 @@ class LobeSunlight:
         transport = self._transport
         seen = transport.form_factors.tocsr()[:, self._places.glossy].tocoo()
         # Of the sample points whose rays count, as ``form_factors`` has them.
-        share = np.where(transport.point_open.any(axis=1, keepdims=True), transport.point_open, 1)
-        share = (share / share.sum(axis=1, keepdims=True)).astype(np.float32)
-        places = np.einsum("pn,pni->pi", share, transport.points)
-        normals = unit_rows(np.einsum("pn,pni->pi", share, transport.normals).astype(np.float64))
-        pairs = self._places.pairs(seen, places, normals.astype(np.float32))
+        places, normals = (
+            open_in_turn(vectors, transport.point_open)
+            for vectors in (transport.points, transport.normals)
+        )
+        normal = unit_rows(normals.mean(axis=1).astype(np.float64)).astype(np.float32)
+        pairs = self._places.pairs(seen, places, normal)
         return LobePairs(pairs, self._places, self._laws)
 
     @cached_property
