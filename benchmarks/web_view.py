@@ -33,8 +33,8 @@ while stream.read(65536): pass
 """
 _FOLLOWER = """
 import sys
-from simgl_bridge import Watch
-with Watch(sys.argv[1], timeout_s=600.0) as previews:
+from simgl_bridge import PreviewClient
+with PreviewClient(sys.argv[1], timeout_s=600.0) as previews:
     print(flush=True)
     for preview in previews: pass
 """

@@ -27,6 +27,10 @@ if TYPE_CHECKING:
     from simgl.camera.camera_equation import exposure_value as exposure_value
     from simgl.camera.detector import Detector as Detector
     from simgl.camera.lens import Lens as Lens
+    from simgl.display_images import contact_sheet as contact_sheet
+    from simgl.display_images import display_from_dn as display_from_dn
+    from simgl.display_images import display_from_radiance as display_from_radiance
+    from simgl.display_images import display_gain as display_gain
     from simgl.errors import AssetError as AssetError
     from simgl.errors import BridgeError as BridgeError
     from simgl.errors import ConfigError as ConfigError
@@ -35,11 +39,7 @@ if TYPE_CHECKING:
     from simgl.errors import ShaderError as ShaderError
     from simgl.errors import SimglError as SimglError
     from simgl.gpu.context import open_context as open_context
-    from simgl.images import contact_sheet as contact_sheet
-    from simgl.images import display_from_dn as display_from_dn
     from simgl.images import display_from_layers as display_from_layers
-    from simgl.images import display_from_radiance as display_from_radiance
-    from simgl.images import display_gain as display_gain
     from simgl.model_files.model_from_mesh import model_from_mesh as model_from_mesh
     from simgl.model_files.model_library import load_model as load_model
     from simgl.model_files.model_library import shipped_models as shipped_models
@@ -79,9 +79,8 @@ _MODULES = {
     "camera.lens": "Lens",
     "errors": "AssetError BridgeError ConfigError ContextError OutputError ShaderError SimglError",
     "gpu.context": "open_context",
-    "images": (
-        "contact_sheet display_from_dn display_from_layers display_from_radiance display_gain"
-    ),
+    "display_images": "contact_sheet display_from_dn display_from_radiance display_gain",
+    "images": "display_from_layers",
     "model_files.model_from_mesh": "model_from_mesh",
     "model_files.model_library": "load_model shipped_models",
     "model_files.surface_tables": "load_finish shipped_finishes",

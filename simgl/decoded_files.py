@@ -89,7 +89,7 @@ def array_in(content: bytes | memoryview, *, view: bool = False) -> AnyArray:
         values = values.reshape(shape, order="F" if by_columns else "C")
         return values if view and dtype.itemsize == 1 else values.copy(order="K")
     except (KeyError, TypeError, struct.error, OverflowError, SyntaxError) as error:
-        raise ValueError(f"is no .npy file ({type(error).__name__})") from None
+        raise ValueError(f"is not a .npy file ({type(error).__name__})") from None
 
 
 def _member(archive: zipfile.ZipFile, info: zipfile.ZipInfo, content: bytes) -> bytes | memoryview:
@@ -122,6 +122,6 @@ def arrays_in(content: bytes) -> dict[str, AnyArray]:
                 for info in archive.infolist()
             }
     except (zipfile.BadZipFile, zlib.error, struct.error, OSError, EOFError, KeyError) as error:
-        raise ValueError(f"is no .npz file ({error})") from None
+        raise ValueError(f"is not a .npz file ({error})") from None
     except (NotImplementedError, RuntimeError) as error:  # compressed or encrypted otherwise
-        raise ValueError(f"is no .npz file ({error})") from None
+        raise ValueError(f"is not a .npz file ({error})") from None

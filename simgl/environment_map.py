@@ -141,7 +141,10 @@ def add_small_light(radiance: Array32, direction: Array32, irradiance: Array32) 
     direction : (3,) unit, body axes; irradiance : (4,) facing it [W m-2]
     """
     n = radiance.shape[1]
-    face = int(cube_cell(direction.astype(np.float64), 1))
+    components = direction.tolist()
+    # As of ``cube_cell``; numpy takes longer for one direction.
+    axis = max(range(3), key=lambda i: abs(components[i]))
+    face = 2 * axis + (components[axis] < 0.0)
     along = FORWARD[face] @ direction
     across, down = float(RIGHT[face] @ direction / along), float(DOWN[face] @ direction / along)
     for j, of_row in _two_texels(down, n):
@@ -152,7 +155,7 @@ def add_small_light(radiance: Array32, direction: Array32, irradiance: Array32) 
 
 def _two_texels(place: float, n: int) -> list[tuple[int, float]]:
     """The two of n texels along an edge whose centres are about a place in -1..1, and shares."""
-    at = float(np.clip(0.5 * (place + 1.0) * n - 0.5, 0.0, n - 1.0))
+    at = min(max(0.5 * (place + 1.0) * n - 0.5, 0.0), n - 1.0)
     first = min(int(at), n - 2)
     return [(first, first + 1.0 - at), (first + 1, at - first)]
 

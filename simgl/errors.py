@@ -56,7 +56,11 @@ class OutputError(SimglError):
 
 
 class ContextError(SimglError):
-    """No usable OpenGL context; ``remedy`` says what to do."""
+    """No usable OpenGL context.
+
+    reason : why not
+    remedy : what to do, such as the command that installs what is missing
+    """
 
     def __init__(self, reason: str, remedy: str) -> None:
         self.reason = reason

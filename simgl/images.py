@@ -1,41 +1,45 @@
-"""Frames of a capture, each an array with one unit; their display and PNG encoding."""
+"""Frames of a capture, each an array with one unit.
+
+``info`` of a frame is its metadata.
+"""
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from PIL import Image, ImageDraw, ImageFont
 
 from simgl.arrays import Array, Array32, Image8, Image16, Mask, UIntArray
 from simgl.camera.camera import Camera, Detector
 from simgl.camera.camera_equation import irradiance_per_radiance
-from simgl.camera.demosaic import develop
 from simgl.camera.distortion import sight_lines
-from simgl.display_colours import in_strips, shown_channels, srgb_from_bands, white_radiance
+from simgl.display_images import (
+    contact_sheet,
+    display_from_dn,
+    display_from_linear,
+    display_from_radiance,
+    display_gain,
+    png_bytes,
+)
 from simgl.errors import ConfigError
 from simgl.html_table import html_image, html_table
-from simgl.physics.constants import SOLAR_CONSTANT, SOLAR_TEMPERATURE
 from simgl.physics.ephemeris import utc_from_tai_ns
-from simgl.physics.spectrum import BANDS, Bands, black_body_light
+from simgl.physics.spectrum import Bands
 from simgl.physics.thermal_radiation import band_temperature
 from simgl.value_checks import LARGEST_SEED, check_integer
 
 if TYPE_CHECKING:
     from xarray import DataArray
 
-# Reference of the white balance, R G B N.
-WHITE_PHOTONS = black_body_light(SOLAR_CONSTANT, SOLAR_TEMPERATURE).photon_irradiance
-
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FrameInfo:
     """Metadata of a frame.
 
+    scenario : its name
     epoch_tai_ns : mid-exposure, TAI nanoseconds since 1970-01-01T00:00:00 TAI
     camera : with its settings of this frame
     position : (3,) of the pinhole in GCRF [m]
@@ -290,62 +294,20 @@ def saturation_level(detector: Detector) -> int:
 
     Offsets and read noise are added after the full well, so a full pixel may read lower. The level
     is three sigma below, which misses one full pixel in 740.
+
+    detector : the camera's
     """
     full = (detector.full_well - 3.0 * detector.noise_of_reading) * detector.gain_dn_per_e
     return int(min(detector.largest_dn, math.floor(full + detector.pedestal)))
 
 
 def saturated(dn: Image16, detector: Detector) -> Mask:
-    """(height, width) mask of the saturated pixels."""
+    """(height, width) mask of the saturated pixels.
+
+    dn : (height, width) digital numbers
+    detector : of the camera that gave them
+    """
     return dn >= saturation_level(detector)
-
-
-def srgb_from_linear(linear: Array32) -> Image8:
-    """8-bit sRGB code values of linear light 0..1 (IEC 61966-2-1); brighter saturates."""
-    x = np.clip(linear, 0.0, 1.0)
-    encoded = np.where(x <= 0.0031308, 12.92 * x, 1.055 * np.power(x, 1.0 / 2.4) - 0.055)
-    return np.round(255.0 * encoded).astype(np.uint8)
-
-
-def display_from_linear(linear: Array32) -> Image8:
-    """(height, width, 3) grey sRGB image of a linear value 0..1."""
-    return np.repeat(srgb_from_linear(linear)[..., None], 3, axis=2)
-
-
-def display_from_dn(dn: Image16, camera: Camera, gain: float = 1.0) -> Image8:
-    """(height, width, 3) sRGB image of digital numbers, pedestal black, full scale white.
-
-    Grey without colour filters or of bands other than R, G, B, N; else sunlit white is neutral.
-
-    gain : factor of the brightness
-    """
-    detector = camera.detector
-    if detector.mosaic is not None and detector.bands == BANDS:
-        return srgb_from_linear(develop(dn, detector, WHITE_PHOTONS, gain))
-    # There are fewer values than pixels.
-    values = np.arange(int(dn.max(initial=0)) + 1, dtype=np.uint16)
-    grey = replace(detector, mosaic=None)
-    return srgb_from_linear(develop(values[None], grey, WHITE_PHOTONS, gain))[0].take(dn, axis=0)
-
-
-def display_from_radiance(radiance: Array32, gain: float = 1.0, bands: Bands = BANDS) -> Image8:
-    """(height, width, 3) sRGB image of the bands R, G, B in natural colours.
-
-    Other bands: the first three as red, green and blue; a single band as grey.
-    White is a white surface that faces the Sun at 1 au, so that images are comparable.
-
-    gain : factor of the brightness
-    """
-    factor = np.float32(gain) / white_radiance(bands)
-    shown, to_srgb = shown_channels(bands), srgb_from_bands(bands).T
-    return in_strips(lambda part: srgb_from_linear(part[..., shown] * factor @ to_srgb), radiance)
-
-
-def display_gain(radiance: Array32, bands: Bands = BANDS) -> float:
-    """Largest power of two that saturates at most 1 % of the lit pixels; 1 for a black image."""
-    brightest = (radiance[..., shown_channels(bands)] / white_radiance(bands)).max(axis=-1)
-    lit = brightest[brightest > 0.0]
-    return 2.0 ** -math.ceil(math.log2(float(np.percentile(lit, 99.0)))) if lit.size else 1.0
 
 
 # Brightness temperatures that are black and white [K]: high cloud, and panels in sunlight.
@@ -353,7 +315,10 @@ _COLD, _WARM = 200.0, 350.0
 
 
 def display_from_thermal(frame: ThermalFrame) -> Image8:
-    """(height, width, 3) grey image of brightness temperature, black at 200 K, white at 350 K."""
+    """(height, width, 3) grey image of brightness temperature, black at 200 K, white at 350 K.
+
+    frame : of a thermal camera
+    """
     share = np.clip((frame.brightness_temperature - _COLD) / (_WARM - _COLD), 0.0, 1.0)
     grey = np.round(255.0 * share).astype(np.uint8)
     return np.repeat(grey[..., None], 3, axis=2)
@@ -361,6 +326,8 @@ def display_from_thermal(frame: ThermalFrame) -> Image8:
 
 def display_from_layers(frame: LayersFrame) -> Image8:
     """sRGB image of the total and its layers side by side, with names and gains.
+
+    frame : the layers of a capture
 
     Layers that are black at 1024 times the gain of the total are omitted.
     """
@@ -375,34 +342,20 @@ def display_from_layers(frame: LayersFrame) -> Image8:
     return contact_sheet(panels, columns=3)
 
 
-def contact_sheet(panels: Mapping[str, Image8], columns: int) -> Image8:
-    """sRGB images of one size on a grid, each below its name."""
-    height, width = next(iter(panels.values())).shape[:2]
-    line = max(11, width // 20)
-    font = ImageFont.load_default(size=0.7 * line)
-    rows = -(-len(panels) // columns)
-    sheet = Image.new("RGB", (columns * width, rows * (height + line)), "white")
-    pen = ImageDraw.Draw(sheet)
-    for index, (name, image) in enumerate(panels.items()):
-        x, y = index % columns * width, index // columns * (height + line)
-        pen.text((x + line // 4, y + line // 2), name, fill="black", font=font, anchor="lm")
-        sheet.paste(Image.fromarray(image), (x, y + line))
-    return np.asarray(sheet)
-
-
-def png_bytes(image: Image8) -> bytes:
-    """An 8-bit image as PNG."""
-    buffer = io.BytesIO()
-    Image.fromarray(image).save(buffer, format="PNG")
-    return buffer.getvalue()
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Capture:
     """One image as the requested products; the other fields are None.
 
     In a notebook it shows the first of its frames, with a table of its settings.
 
+    info : metadata that all frames share
+    digital : digital numbers [DN]
+    electrons : mean electrons before noise and saturation [e-]
+    radiance : [W m-2 sr-1]
+    layers : the radiance in parts that sum to it
+    irradiance : of the image plane [W m-2]
+    truth : depth and part ids
+    normals : of the surfaces, camera axes
     lidar : None also if the camera has no LIDAR
     thermal : None also if the camera sees visible light
     """

@@ -99,7 +99,7 @@ def record_inputs(inputs: Mapping[Path, str]) -> None:
 
 def _check_kind(path: Path, status: os.stat_result) -> None:
     if not stat.S_ISREG(status.st_mode):
-        kind = _KINDS.get(stat.S_IFMT(status.st_mode), "is no regular file")
+        kind = _KINDS.get(stat.S_IFMT(status.st_mode), "is not a regular file")
         raise AssetError(f"{path}: cannot be read ({kind})")
 
 

@@ -19,6 +19,7 @@ from PIL import Image
 
 from simgl.arrays import Image8, Image16
 from simgl.camera.projections import Distortion, DoubleSphere, Fisheye, Projection
+from simgl.display_images import display_from_dn, display_from_radiance
 from simgl.errors import OutputError
 from simgl.images import (
     DigitalFrame,
@@ -28,9 +29,7 @@ from simgl.images import (
     RadianceFrame,
     ThermalFrame,
     TruthFrame,
-    display_from_dn,
     display_from_layers,
-    display_from_radiance,
     display_from_thermal,
 )
 from simgl.interruption import new_folders, unfinished_files
@@ -271,15 +270,20 @@ def write_png(path: Path, pixels: Image8 | Image16) -> None:
 def write_capture(capture: Capture, folder: Path, name: str, *, packed: bool = False) -> list[Path]:
     """Write the frames of a capture to files; a frame that is None is not written.
 
+    capture : the frames
+    folder : of the files, made if it is missing
+    name : of the files, ``NAME`` below
+    packed : also ``NAME.dn.mono12p``, for detectors of up to 12 bits
+    returns : the paths written
+
+    Files by frame:
+
     radiance : ``NAME.radiance.exr``, float32 [W m-2 sr-1], with depth and part ids if the capture
         has truth; ``NAME.view.png``, an sRGB preview
     thermal : ``NAME.thermal.exr``, radiance in the band and temperature; ``NAME.view.png``, the
         brightness temperature from 200 to 350 K
     layers : ``NAME.layers.exr`` and ``NAME.layers.png``
     digital : ``NAME.dn.png``, 16 bits; for a colour detector also ``NAME.colour.png``
-
-    packed : also ``NAME.dn.mono12p``, for detectors of up to 12 bits
-    returns : the paths written
 
     Raises OutputError if the folder cannot be written.
     """

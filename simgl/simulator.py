@@ -6,31 +6,19 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
-from typing import Literal, TypeVar
+from typing import Literal
 
 import moderngl
-import numpy as np
 
 from simgl.camera.camera import Camera
 from simgl.errors import ConfigError, did_you_mean
-from simgl.flash_lidar import lidar_frame
 from simgl.garbage_collection import collect_again, leave_out_of_collections
 from simgl.gpu.context import close_context, current, is_closed, open_context, preserve_current
 from simgl.gpu.release import freed_on_error
 from simgl.gpu.render_targets import ImageTarget
 from simgl.gpu.timers import PassTimer
 from simgl.images import Capture as Capture
-from simgl.images import (
-    DigitalFrame,
-    ElectronFrame,
-    FrameInfo,
-    IrradianceFrame,
-    LayersFrame,
-    LidarFrame,
-    NormalsFrame,
-    RadianceFrame,
-    TruthFrame,
-)
+from simgl.images import DigitalFrame, ElectronFrame, FrameInfo
 from simgl.products import ALL_PRODUCTS as ALL_PRODUCTS
 from simgl.products import Product as Product
 from simgl.products import check_products
@@ -39,6 +27,7 @@ from simgl.progress import ProgressCallback, begin_stage
 from simgl.rendering.camera_pipeline import CameraPipeline
 from simgl.rendering.first_image import prepare_first_image
 from simgl.rendering.renderer import Renderer
+from simgl.rendering.scene_frames import scene_frames
 from simgl.rendering.spacecraft_skies import SpacecraftSkies
 from simgl.rendering.still_scene import StillScene
 from simgl.rendering.thermal_frames import ThermalScene, thermal_capture
@@ -49,12 +38,9 @@ from simgl.thermal.scene_temperatures import TemperatureHistory, Temperatures, T
 from simgl.view.exposure_parts import ExposurePart, moving_scene
 from simgl.view.exposure_views import MovingViews
 from simgl.view.frame_view import FrameView, frame_view
-from simgl.view.lidar_pulse import pulse_view
 
 # Independent of the camera's settings.
 _OF_THE_SCENE = frozenset({Product.RADIANCE, Product.LAYERS, Product.TRUTH, Product.NORMALS})
-
-Frame = TypeVar("Frame")
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,6 +138,9 @@ class Simulator(AbstractContextManager["Simulator"]):
     ) -> Capture:
         """Capture the image of one camera.
 
+        state : of the scene at mid-exposure
+        camera : its name
+        products : frames of the capture, see ``Product``
         during : the scene at a time [TAI ns] of the exposure, such as ``scenario.around(tai_ns)``;
             electrons and DN then have motion blur and rolling shutter. Without it the scene is
             static, as it always is for radiance and truth
@@ -171,8 +160,14 @@ class Simulator(AbstractContextManager["Simulator"]):
     def capture_at(
         self, tai_ns: int, camera: str, products: Collection[Product], draw: int = 0
     ) -> Capture:
-        """Capture the image at a time [TAI ns] at which all follow the scenario's laws: with motion
-        during the exposure, and temperatures since the scenario's epoch."""
+        """Capture the image at a time at which all follow the scenario's laws: with motion during
+        the exposure, and temperatures since the scenario's epoch.
+
+        tai_ns : mid-exposure [TAI ns]
+        camera, products, draw : as for ``capture``
+
+        Raises as ``capture`` does.
+        """
         thermal = camera in self.scenario.cameras and self.scenario.cameras[camera].thermal
         return self.capture(
             self.scenario.at(tai_ns),
@@ -197,6 +192,7 @@ class Simulator(AbstractContextManager["Simulator"]):
         This is faster than separate calls, since DN are read back after all images are submitted.
 
         cameras : camera name to products
+        state, during, seed, draw, temperatures : as for ``capture``, for all cameras
         """
         unread = []
         # Another simulator of this process may have made its own context current.
@@ -204,7 +200,7 @@ class Simulator(AbstractContextManager["Simulator"]):
             for place, (camera, products) in enumerate(cameras.items()):
                 still = self._still(state, camera, seed, draw)
                 check_products(still.camera, products, self.scenario.name)
-                frames = self._scene_frames(still, frozenset(products))
+                frames = scene_frames(still, self._camera_pipeline, frozenset(products))
                 if still.camera.thermal is not None:
                     temperatures = temperatures or self.thermal_bodies.steady(state)
                     view_of = partial(self._view, camera=camera)
@@ -226,6 +222,7 @@ class Simulator(AbstractContextManager["Simulator"]):
     ) -> tuple[Capture, ...]:
         """Capture one instant with several settings of a camera; the scene is rendered once.
 
+        state, camera, products : as for ``capture``
         settings : the camera with different exposure times, f-numbers, filters or electronics;
             image size and field of view must be the same. Frames of radiance and truth refer to
             the scenario's camera
@@ -245,7 +242,7 @@ class Simulator(AbstractContextManager["Simulator"]):
             raise ValueError("a setting changes the size or the field of view of the image")
         captures = []
         with current(self._ctx), freed_on_error(self._ctx):
-            shared = self._scene_frames(still, _OF_THE_SCENE & frozenset(products))
+            shared = scene_frames(still, self._camera_pipeline, _OF_THE_SCENE & frozenset(products))
             for draw, setting in enumerate(settings, first_draw):
                 still_with = still.with_camera(setting, draw)
                 frames = replace(shared, info=still_with.info)
@@ -325,22 +322,6 @@ class Simulator(AbstractContextManager["Simulator"]):
         moved = any(body.model.angles for body in state.bodies.values())
         return self.scenario.joint_light if moved else "exact"
 
-    def _scene_frames(self, still: StillScene, products: frozenset[Product]) -> Capture:
-        """The products of the scene at the epoch: all but electrons and DN."""
-
-        def made(product: Product, make: Callable[[], Frame]) -> Frame | None:
-            return make() if product in products else None
-
-        return Capture(
-            info=still.info,
-            radiance=made(Product.RADIANCE, lambda: self._radiance(still)),
-            layers=made(Product.LAYERS, lambda: self._layers(still)),
-            truth=made(Product.TRUTH, lambda: self._truth(still)),
-            normals=made(Product.NORMALS, lambda: self._normals(still)),
-            irradiance=made(Product.IRRADIANCE, lambda: self._irradiance(still)),
-            lidar=made(Product.LIDAR, lambda: self._lidar(still)),
-        )
-
     def _electrons(self, still: StillScene) -> ImageTarget:
         """Mean electrons of the scene."""
         camera, pipeline = still.camera, self._camera_pipeline
@@ -403,37 +384,6 @@ class Simulator(AbstractContextManager["Simulator"]):
             return frames
         with self._renderer.timer.measure("read"):
             return replace(frames, digital=DigitalFrame(info=frames.info, dn=target.read()))
-
-    def _radiance(self, still: StillScene) -> RadianceFrame:
-        return RadianceFrame(info=still.info, radiance=still.radiance.read())
-
-    def _layers(self, still: StillScene) -> LayersFrame:
-        return LayersFrame(info=still.info, layers=self._renderer.layers(still.view))
-
-    def _irradiance(self, still: StillScene) -> IrradianceFrame:
-        target = self._camera_pipeline.irradiance(still.camera, still.softened, still.sun)
-        photons = still.state.sun.photons_per_joule
-        return IrradianceFrame(info=still.info, irradiance=target.read(), photons_per_joule=photons)
-
-    def _normals(self, still: StillScene) -> NormalsFrame:
-        target = self._renderer.truth(still.view, normals=True)
-        return NormalsFrame(info=still.info, normals=target.read(2)[..., :3])
-
-    def _lidar(self, still: StillScene) -> LidarFrame | None:
-        view, state = still.view, still.state
-        if view.camera.lidar is None:
-            return None
-        pulse = pulse_view(view, view.camera.lidar, state, state.cameras[view.camera.name])
-        sunlit = still.radiance.read()
-        lit = np.zeros_like(sunlit) if pulse is None else self._renderer.layers(pulse)["lamp"]
-        depth = self._renderer.truth(view).read(0)
-        return lidar_frame(still.info, still.info.seed, depth, lit, sunlit)
-
-    def _truth(self, still: StillScene) -> TruthFrame:
-        target, names = self._renderer.truth(still.view), still.state.part_names
-        return TruthFrame(
-            info=still.info, depth=target.read(0), part_id=target.read(1), part_names=names
-        )
 
     def close(self) -> None:
         """Free the GPU resources, and the context if this simulator opened it. May be repeated."""

@@ -18,7 +18,7 @@ from tests.orphans import Guard
 from tests.patience import limit
 from tests.reference_compiler import check_programs, reference_compiler, version
 from tests.shared_programs import SharedPrograms
-from tests.watched_context import WatchedContext
+from tests.watched_context import WatchedContext, hide_draws
 
 # Of one test, with the fixtures that it is the first to need [s].
 _LONGEST_TEST = 300.0
@@ -118,10 +118,14 @@ def _shared_programs(
 def gl(
     _watched_context: WatchedContext, _shared_programs: SharedPrograms
 ) -> Iterator[moderngl.Context]:
-    """A headless context; fails a test that leaves an OpenGL error or object behind."""
+    """A headless context; fails a test that leaves an OpenGL error or object behind.
+
+    Whoever draws states with what: what a test before this one left is no state to draw with.
+    """
     _watched_context.check()
     before = _shared_programs.living
     with current(_watched_context.ctx) as ctx:
+        hide_draws(ctx)
         yield ctx
     # Entered again: the test may have left another context current, or none.
     _watched_context.check()

@@ -11,6 +11,7 @@ from typing import Any
 import moderngl
 
 from simgl.gpu.context import current, open_context, preserve_current
+from simgl.gpu.pipeline_state import State
 from simgl.gpu.window_systems import current_binding
 
 _GENERATED = (
@@ -25,6 +26,13 @@ _CREATE = {
 _DELETE = ctypes.CFUNCTYPE(None, ctypes.c_uint)
 _GET_STRING = ctypes.CFUNCTYPE(ctypes.c_char_p, ctypes.c_uint)
 _GL_VENDOR = 0x1F00
+
+
+def hide_draws(ctx: moderngl.Context) -> None:
+    """Set a state in which nothing is drawn, until ``State.apply`` sets another one."""
+    nothing = State(cull="back", blend=(moderngl.ZERO, moderngl.ZERO), clip_planes=4)
+    nothing.apply(ctx, ctx.detect_framebuffer(0), (0, 0, 1, 1))
+    ctx.cull_face = "front_and_back"
 
 
 class WatchedContext:

@@ -12,10 +12,11 @@ from pathlib import Path
 
 import msgspec
 from simgl_bridge import (
-    client_protocol,
+    client_call,
     client_sessions,
     framing,
     hashes,
+    message_parts,
     messages,
     render_queue,
     renderer_link,
@@ -26,19 +27,19 @@ from simgl_bridge import (
 _INTRODUCTION = Path(__file__).with_name("protocol.md")
 # Types without a message tag, after the messages that hold them.
 _PARTS = (
-    messages.ServerStatus,
-    messages.CameraDescription,
-    messages.SentPose,
-    messages.SentSun,
-    messages.Shot,
-    messages.CameraImage,
-    messages.Plane,
+    message_parts.ServerStatus,
+    message_parts.CameraDescription,
+    message_parts.SentPose,
+    message_parts.SentSun,
+    message_parts.Shot,
+    message_parts.CameraImage,
+    message_parts.Plane,
 )
 _NAMES = {int: "int", float: "float", str: "str", bool: "bool", type(None): "nil"}
 _LISTS = {
-    messages.Vector: "3 floats",
-    messages.Quaternion: "4 floats",
-    messages.Matrix: "3 x 3 floats",
+    message_parts.Vector: "3 floats",
+    message_parts.Quaternion: "4 floats",
+    message_parts.Matrix: "3 x 3 floats",
 }
 _ENTRY = re.compile(r"^([a-z][\w, ]*?) : (.*)$")
 
@@ -52,8 +53,8 @@ def page() -> str:
         "LARGEST_FRAME": router_socket.LARGEST_FRAME,
         "MAX_WAITING": router_socket.MAX_WAITING,
         "OWNER_SILENCE": f"{client_sessions.OWNER_SILENCE:g}",
-        "SILENCE": f"{client_protocol.SILENCE:g}",
-        "READY_TIMEOUT": f"{client_protocol.READY_TIMEOUT:g}",
+        "SILENCE": f"{client_call.SILENCE:g}",
+        "READY_TIMEOUT": f"{client_call.READY_TIMEOUT:g}",
         "LONGEST_DRAW": f"{renderer_link.LONGEST_DRAW:g}",
         "MAX_EARLY_DEATHS": renderer_link.MAX_EARLY_DEATHS,
     }.items():

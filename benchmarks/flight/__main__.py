@@ -40,8 +40,8 @@ from benchmarks.record import write_record
 from benchmarks.truth.page import Record, page
 from benchmarks.truth.rows import Row, Table, difference, relative
 from simgl.arrays import Array, Image8
+from simgl.display_images import contact_sheet, png_bytes
 from simgl.gpu.context import temporary_context
-from simgl.images import contact_sheet, png_bytes
 from simgl.output import check_writable, complete_file
 
 HEAD = """# Earth and Moon against flight data

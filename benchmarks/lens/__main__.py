@@ -18,7 +18,7 @@ from simgl.camera.camera import Camera, Detector, Lens
 from simgl.camera.lens import Blur, PointSpread
 from simgl.camera.point_spread import Spread
 from simgl.config.validation import read_toml
-from simgl.images import contact_sheet, display_from_linear
+from simgl.display_images import contact_sheet, display_from_linear
 from simgl.output import check_writable, complete_file
 from simgl.scenario.loader import scenario_from_dict
 from simgl.simulator import Product, Simulator

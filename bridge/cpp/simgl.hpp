@@ -602,7 +602,7 @@ class Client {
         monitor_.reset(zmq_socket(context_.get(), ZMQ_PAIR));
         zmq_connect(monitor_.get(), "inproc://simgl-monitor");
         if (zmq_connect(socket_.get(), address_.c_str()) != 0)
-            throw Error(address_ + ": is no address (" + zmq_strerror(zmq_errno()) + ")");
+            throw Error(address_ + ": is not an address (" + zmq_strerror(zmq_errno()) + ")");
     }
 
     void greet(const Options &options) {

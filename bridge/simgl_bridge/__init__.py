@@ -1,10 +1,12 @@
 """The ZeroMQ image service of simgl: a client sends a state and gets back its images.
 
-- ``messages``, ``value_ranges``, ``framing``, ``hashes``: the wire protocol simgl/1
-  (``docs/protocol.md``)
-- ``client``, ``async_client``: sockets around ``client_protocol``, which has the requests, retries
-  and deadlines; ``client_images``, ``client_errors``, ``body_pose``: what they take and return
-- ``server``: the loop and the queue; ``simgl1_endpoint`` and ``basilisk``: the two protocols
+- ``messages``, ``message_parts``, ``value_ranges``, ``framing``, ``hashes``: the wire protocol
+  simgl/1 (``docs/protocol.md``)
+- ``client``, ``async_client``: sockets around ``client_protocol``, which makes requests and
+  verifies replies; ``client_call``: deadlines and retries of one request;
+  ``client_images``, ``client_errors``, ``body_pose``: what they take and return
+- ``server``: the loop and the queue; ``simgl1_endpoint`` and ``basilisk``: the two protocols;
+  ``image_replies``, ``free_run``: replies with images, in lock-step and of the newest state
 - ``render_queue``, ``renderer_link``: from there to the renderer, which is another process:
   ``render_process``, ``render_request``, ``render_session``: from a request to its images
 - ``session_recording``, ``session_replay``: what was asked and answered, in a file, and again
@@ -14,7 +16,7 @@
   a process
 
 It may import all of ``simgl``; ``simgl`` never imports it. A new field of a message is added to
-``messages`` with its range (``value_ranges``), a check that needs the scene to
+``messages`` or ``message_parts`` with its range (``value_ranges``), a check that needs the scene to
 ``validate_request``, its effect to ``render_request``.
 """
 
@@ -36,9 +38,9 @@ if TYPE_CHECKING:
     from simgl_bridge.client_images import Image as Image
     from simgl_bridge.client_images import ImageSet as ImageSet
     from simgl_bridge.launched_server import launched_server as launched_server
-    from simgl_bridge.messages import ServerStatus as ServerStatus
-    from simgl_bridge.messages import Shot as Shot
-    from simgl_bridge.preview import Watch as Watch
+    from simgl_bridge.message_parts import ServerStatus as ServerStatus
+    from simgl_bridge.message_parts import Shot as Shot
+    from simgl_bridge.preview import PreviewClient as PreviewClient
 
 # Loaded at first use: a server answers its first client before a client's imports are done.
 _MODULES = {
@@ -49,9 +51,10 @@ _MODULES = {
     "client_errors": "AccessError NoAnswerError RemoteError",
     "client_images": "DelayLine Image ImageSet",
     "launched_server": "launched_server",
-    "messages": "ServerStatus Shot",
-    "preview": "Watch",
+    "message_parts": "ServerStatus Shot",
+    "preview": "PreviewClient",
 }
+_RENAMED = {"Watch": "PreviewClient"}
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names.split()}
 
 __all__ = sorted(_MODULE_OF)
@@ -59,6 +62,8 @@ __all__ = sorted(_MODULE_OF)
 
 def __getattr__(name: str) -> Any:
     """Load a public name from its module (PEP 562) and keep it."""
+    if name in _RENAMED:
+        raise AttributeError(f"simgl_bridge.{name} is now simgl_bridge.{_RENAMED[name]}")
     if name not in _MODULE_OF:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     value = getattr(import_module(f"simgl_bridge.{_MODULE_OF[name]}"), name)

@@ -48,9 +48,10 @@ class Access:
     insecure: bool = False
 
     def __post_init__(self) -> None:
-        if (self.secret is None) != (self.allowed is None):
-            problem = "goes together with --allow: a key of the server, and the keys of its clients"
-            raise ConfigError("simgl serve", "--keys", problem)
+        if self.secret is not None and self.allowed is None:
+            raise ConfigError("simgl serve", "--keys", "requires --allow, the keys of the clients")
+        if self.allowed is not None and self.secret is None:
+            raise ConfigError("simgl serve", "--allow", "requires --keys, the key of the server")
         if self.insecure and self.secret is not None:
             raise ConfigError("simgl serve", "--insecure", "contradicts --keys")
         if self.secret is not None:
@@ -108,7 +109,10 @@ class ClientKeys:
     server: Path
 
     def apply(self, socket: zmq.Socket[Any]) -> None:
-        """Give a socket the keys; raises ConfigError where a file holds none."""
+        """Give a socket the keys; raises ConfigError where a file holds none.
+
+        socket : of the client, before it connects
+        """
         public, secret = _pair(self.secret)
         socket.setsockopt(zmq.CURVE_PUBLICKEY, public)
         socket.setsockopt(zmq.CURVE_SECRETKEY, secret)
@@ -131,7 +135,7 @@ def _keys_in(path: Path) -> tuple[bytes, bytes | None]:
         problem = str(error).removeprefix(f"{path}: ")
         raise ConfigError(str(path), "", problem) from None
     except (OSError, ValueError):
-        raise ConfigError(str(path), "", "is no key file; simgl keys makes them") from None
+        raise ConfigError(str(path), "", "is not a key file; simgl keys makes them") from None
     for key in (public, secret):
         if key is not None and not _KEY.fullmatch(key):
             raise ConfigError(str(path), "", "holds a key that is cut off or damaged")

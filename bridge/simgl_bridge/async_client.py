@@ -14,18 +14,17 @@ from zmq.utils.monitor import parse_monitor_message
 from simgl.errors import BridgeError
 from simgl_bridge.access import ClientKeys
 from simgl_bridge.body_pose import BodyPose
-from simgl_bridge.client_images import Image, ImageSet
-from simgl_bridge.client_protocol import (
+from simgl_bridge.client_call import (
     READY_TIMEOUT,
-    ClientProtocol,
     Payload,
-    RenderOptions,
     check_timeouts,
     open_call,
     server_deadline_ms,
-    shot_of,
 )
+from simgl_bridge.client_images import Image, ImageSet
+from simgl_bridge.client_protocol import ClientProtocol, RenderOptions, shot_of
 from simgl_bridge.framing import VERSION, pack
+from simgl_bridge.message_parts import ServerStatus, Shot
 from simgl_bridge.messages import (
     Bye,
     Hello,
@@ -33,8 +32,6 @@ from simgl_bridge.messages import (
     Message,
     Ping,
     Pong,
-    ServerStatus,
-    Shot,
     Welcome,
 )
 from simgl_bridge.sockets import connect
@@ -44,6 +41,8 @@ _Reply = TypeVar("_Reply", bound=Message)
 
 class AsyncClient:
     """An asynchronous connection to one server, with the errors and timeouts of ``Client``.
+
+    address, timeout_s, ready_timeout_s, name, keys, on_status : as for ``Client``
 
     Requests beyond the server's window wait here until an earlier one is answered.
 
@@ -121,7 +120,11 @@ class AsyncClient:
         gain_dn_per_e: float | None = None,
         **options: Unpack[RenderOptions],
     ) -> Image:
-        """The image that one camera takes of a state; see ``Client.render``."""
+        """The image of one camera and one state.
+
+        tai_ns, camera, bodies, exposure_time_s, products, gain_dn_per_e, options : as for
+            ``Client.render``
+        """
         shots = [shot_of(camera, exposure_time_s, gain_dn_per_e, products)]
         return (await self.render_all(tai_ns, shots, bodies, **options))[camera]
 
@@ -132,7 +135,10 @@ class AsyncClient:
         bodies: Mapping[str, BodyPose] | None = None,
         **options: Unpack[RenderOptions],
     ) -> ImageSet:
-        """The images that several cameras take of one state; see ``Client.render_all``."""
+        """The images of several cameras and one state.
+
+        tai_ns, cameras, bodies, options : as for ``Client.render_all``
+        """
         deadline_ms = server_deadline_ms(self.timeout_s)
         request = self._protocol.render(tai_ns, cameras, bodies, deadline_ms, **options)
         self._check_open()

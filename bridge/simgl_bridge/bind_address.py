@@ -80,7 +80,7 @@ def _check_ipc(address: str, option: str) -> None:
         raise _refused(address, "a socket needs a name of its own", option)
     # ZeroMQ removes any file at the path before it binds.
     if path.exists() and not stat.S_ISSOCK(path.stat().st_mode):
-        raise _refused(address, "something that is no socket stands there", option)
+        raise _refused(address, "something other than a socket is there", option)
     if not path.parent.is_dir():
         raise _refused(address, "its folder does not exist", option)
     if len(str(path).encode()) > 107:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from simgl.arrays import Array
 from simgl.physics.frames import Pose, quaternion_from_matrix
-from simgl_bridge.messages import SentPose
+from simgl_bridge.message_parts import SentPose
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -33,7 +33,10 @@ class BodyPose:
 
     @classmethod
     def from_pose(cls, pose: Pose) -> BodyPose:
-        """The same pose, from simgl's own type."""
+        """The same pose, from simgl's own type.
+
+        pose : in GCRF
+        """
         return cls(
             position_m=pose.position,
             velocity_m_s=pose.velocity,

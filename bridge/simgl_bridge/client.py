@@ -14,21 +14,24 @@ from zmq.utils.monitor import recv_monitor_message
 from simgl.errors import BridgeError
 from simgl_bridge.access import ClientKeys
 from simgl_bridge.body_pose import BodyPose
-from simgl_bridge.client_images import Image, ImageSet
-from simgl_bridge.client_protocol import (
+from simgl_bridge.client_call import (
     READY_TIMEOUT,
     SILENCE,
     Call,
-    ClientProtocol,
     Payload,
-    RenderOptions,
-    StateOptions,
     check_timeouts,
     open_call,
     server_deadline_ms,
+)
+from simgl_bridge.client_images import Image, ImageSet
+from simgl_bridge.client_protocol import (
+    ClientProtocol,
+    RenderOptions,
+    StateOptions,
     shot_of,
 )
 from simgl_bridge.framing import VERSION, pack
+from simgl_bridge.message_parts import ServerStatus, Shot
 from simgl_bridge.messages import (
     Bye,
     Configure,
@@ -38,8 +41,6 @@ from simgl_bridge.messages import (
     Next,
     Ping,
     Pong,
-    ServerStatus,
-    Shot,
     Statistics,
     Stats,
     Welcome,
@@ -75,10 +76,13 @@ class PendingImages:
 class Client:
     """A synchronous connection to one server. Every call times out.
 
+    address : of the server, ``tcp://HOST:PORT`` or ``ipc://PATH``
     timeout_s : limit of every call once the server is ready; the server then refuses the request as
         too late. With None a call waits for an image while the server reports that it is working,
         one hour at most, and gives up if the server is silent for 10 s
     ready_timeout_s : limit for a server that is starting
+    name : of this client, for the server's messages to other clients
+    keys : of this client, for a server that requires them
     on_status : called with the server's status while a call waits: current step and progress
 
     Use it on one thread. Raises NoAnswerError if the server does not answer (at once if the
@@ -142,7 +146,11 @@ class Client:
         return self._call(Stats(id=self._protocol.next_id()), Statistics)[0]
 
     def configure(self, scenario: str | None = None, seed: int | None = None) -> Welcome:
-        """Choose another scenario of the server's folder, or another seed, for all its clients."""
+        """Choose another scenario of the server's folder, or another seed, for all its clients.
+
+        scenario : one of ``welcome.scenarios``; None keeps the present one
+        seed : of all noise; None takes the scenario's own
+        """
         request = Configure(id=self._protocol.next_id(), scenario=scenario, seed=seed)
         return self._call(request, Welcome)[0]
 
@@ -158,9 +166,11 @@ class Client:
         retry: bool = False,
         **options: Unpack[RenderOptions],
     ) -> Image:
-        """The image of one camera and one state; see ``render_all`` for the other parameters.
+        """The image of one camera and one state.
 
+        camera : its name
         exposure_time_s, gain_dn_per_e : the camera's values if None
+        tai_ns, bodies, retry, options : as for ``render_all``
         products : names from ``welcome.products``
         """
         shots = [shot_of(camera, exposure_time_s, gain_dn_per_e, products)]
@@ -178,6 +188,7 @@ class Client:
         """The images of several cameras and one state.
 
         tai_ns : mid-exposure, an integer (a float would lose nanoseconds)
+        cameras : what each camera is asked for
         bodies : spacecraft to pose; spacecraft that are not listed follow the scenario's laws
         retry : send the request a second time, with a new ``timeout_s``, if no answer comes or the
             server lost its renderer or GPU; a request that is still running is rendered once
@@ -205,10 +216,11 @@ class Client:
     ) -> PendingImages:
         """Send a request without waiting, so that the next one can follow while it is rendered.
 
-        Parameters are those of ``render_all``, without ``retry``. The server renders requests in
-        order; a refused request does not affect the others. ``timeout_s`` starts at this call and
-        therefore includes earlier requests. At most ``welcome.window`` requests are pending: a
-        further one waits for the first of them.
+        tai_ns, cameras, bodies, options : as for ``render_all``
+
+        The server renders requests in order; a refused request does not affect the others.
+        ``timeout_s`` starts at this call and therefore includes earlier requests. At most
+        ``welcome.window`` requests are pending: a further one waits for the first of them.
         """
         self._make_room()
         deadline_ms = server_deadline_ms(self.timeout_s)
@@ -246,8 +258,10 @@ class Client:
     ) -> int:
         """Free-run: send the newest state without waiting; returns its id.
 
-        Parameters are those of ``render_all``, without ``seek``. If the server refuses the state,
-        the next call that waits raises the error.
+        tai_ns, cameras, bodies, options : as for ``render_all``, without ``seek``, ``compression``
+            and ``thermal_from``
+
+        If the server refuses the state, the next call that waits raises the error.
         """
         self._check_open()
         state = self._protocol.state(tai_ns, cameras, bodies, **options)
@@ -258,7 +272,9 @@ class Client:
         return state.id
 
     def next_images(self, after: int = 0) -> ImageSet:
-        """Free-run: the next images after those of sequence ``after``.
+        """Free-run: the next images.
+
+        after : sequence of the last images that this client has
 
         They contain the id of their state, and the number of skipped states.
         """

@@ -9,6 +9,9 @@ from simgl_bridge.messages import Error
 class RemoteError(BridgeError):
     """The server refused a request.
 
+    address : of the server
+    error : its reply, whose fields are attributes:
+
     code : see ``messages.ErrorCode``
     field : such as ``bodies.chaser.position_m``
     detail : one line that names field, value and what is allowed
@@ -26,6 +29,7 @@ class RemoteError(BridgeError):
 class NoAnswerError(BridgeError):
     """No reply arrived: the server is not running, blocked, or slower than the deadline.
 
+    address : of the server
     reason : such as "no answer within 10 s", "the connection broke" or "the server said goodbye"
     asked : type of the request
     age_s : time since the last message of the server; None before the first

@@ -14,7 +14,14 @@ from msgspec import structs
 from simgl.arrays import AnyArray, Array, Image16
 from simgl.errors import BridgeError
 from simgl_bridge.hashes import plane_hash
-from simgl_bridge.messages import CameraImage, Images, Plane, Quaternion, SentPose, Vector
+from simgl_bridge.message_parts import (
+    CameraImage,
+    Plane,
+    Quaternion,
+    SentPose,
+    Vector,
+)
+from simgl_bridge.messages import Images
 from simgl_bridge.plane_compression import ZSTD, decompressed
 
 # Pixel types of planes, little-endian.
@@ -25,6 +32,7 @@ DTYPES = ("<u2", "<u4", "<f4")
 class Image:
     """The image of one camera and the state that it shows.
 
+    camera : its name
     planes : product to pixels, row 0 at the top; read-only
     units : product to unit
     sequence : number of the reply among those with images of the server
@@ -32,12 +40,15 @@ class Image:
     exposure_start_tai_ns, exposure_end_tai_ns : half an exposure before and after mid-exposure
     readout_end_tai_ns : when the last row is read
     available_tai_ns : when flight software receives the image
+    state_hash : of the state that is shown, verified by the client
+    exposure_time_s, gain_dn_per_e : that were used
     camera_position_m : of the pinhole, Earth-centred ICRF
     q_camera_from_icrf_xyzw : camera axes are z boresight, x right, y down
     intrinsics : (3, 3) from camera axes to pixel coordinates
     sun_direction_icrf : unit, from the camera towards the Sun
     sun_irradiance_w_m2 : bands R, G, B, N at the camera, unobstructed
     bodies : every spacecraft's pose that the image shows
+    seed : of the noise
     saturated_pixels : None if digital numbers were not requested
     render_time_s : rendering time on the server
     part_names : part id to "spacecraft/part", if part ids were requested
@@ -81,7 +92,10 @@ class Image:
         return self.planes["dn"]
 
     def plane_hash(self, product: str = "dn") -> str:
-        """Hash of an image's content, as in recorded sessions: 32 hexadecimal digits."""
+        """Hash of an image's content, as in recorded sessions: 32 hexadecimal digits.
+
+        product : of the plane, such as "dn"
+        """
         plane = np.ascontiguousarray(self.planes[product])
         return plane_hash(memoryview(plane.data).cast("B"))
 
@@ -90,7 +104,11 @@ class Image:
 class ImageSet(Mapping[str, Image]):
     """The images of one request by camera.
 
+    images : camera name to image
     sequence : number of the reply among those with images of the server
+    tai_ns : mid-exposure
+    state_hash : of the state that is shown, verified by the client
+    seed : of the noise
     boot : of the server process
     state_id : free-run: id of the state that is shown; None in lock-step
     dropped : free-run: states replaced by newer ones, unrendered, since the images before
@@ -129,12 +147,18 @@ class DelayLine:
         self._count = 0
 
     def post(self, image: Image) -> None:
-        """Hold an image until it is available."""
+        """Hold an image until it is available.
+
+        image : of any camera
+        """
         self._count += 1
         heapq.heappush(self._pending, (image.available_tai_ns, self._count, image))
 
     def due(self, tai_ns: int) -> list[Image]:
-        """The images available by a time, in order; each is returned once."""
+        """The images available by a time, in order; each is returned once.
+
+        tai_ns : time of the flight software
+        """
         arrived = []
         while self._pending and self._pending[0][0] <= tai_ns:
             arrived.append(heapq.heappop(self._pending)[2])
@@ -190,7 +214,7 @@ def _image(reply: Images, image: CameraImage, planes: Mapping[str, AnyArray]) ->
 
 def _pixels(plane: Plane, frame: memoryview) -> AnyArray:
     if plane.dtype not in DTYPES or min(plane.shape, default=0) < 1:
-        raise BridgeError(f"is no plane: {plane}")
+        raise BridgeError(f"is not a plane: {plane}")
     dtype = np.dtype(plane.dtype)
     expected = math.prod(plane.shape) * dtype.itemsize
     if plane.compression == ZSTD:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import os
-from functools import partial
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from simgl.commands.command_line import say
 from simgl.commands.completion import scenario_files
-from simgl.commands.web_options import WEB_PANEL, WebAddress, WebToken, check_goes_with_web
+from simgl.commands.web_options import WEB_PANEL, WebAddress, WebToken, refuse_without_web
 from simgl.errors import ConfigError
 from simgl.interruption import end_by_signals, exit_if_signalled
 from simgl_bridge.bind_address import (
@@ -20,6 +21,7 @@ from simgl_bridge.bind_address import (
 )
 
 if TYPE_CHECKING:
+    from simgl_bridge.serving import ServiceOptions
     from simgl_bridge.web_feed import WebOptions
 
 _BASILISK, _FREE_RUN, _ACCESS = "Basilisk", "Free-run and previews", "Access"
@@ -148,47 +150,26 @@ def serve(
     Example: simgl serve approach.toml --web
     """
     from simgl_bridge.access import Access
-    from simgl_bridge.processes import (
-        PARENT_VARIABLE,
-        RendererOptions,
-        StopWithParent,
-        run_restarting,
-    )
-    from simgl_bridge.serving import serve_restarted, serve_until_stopped, stop_on_signals
+    from simgl_bridge.processes import RendererOptions
+    from simgl_bridge.serving import ServiceOptions
 
     if basilisk is None:
         address = address or DEFAULT_ADDRESS
-    elif address is None:
-        native = {
-            "--monitor": monitor,
-            "--rate-hz": rate_hz,
-            "--keys": keys,
-            "--insecure": insecure,
-            "--record": record,
-            "--web": web,
-        }
-        for option in (name for name, value in native.items() if value):
-            problem = "goes with --address: Basilisk's own protocol has nothing of the kind"
-            raise ConfigError("simgl serve", option, problem)
+    of_simgl1 = {
+        "--monitor": monitor,
+        "--rate-hz": rate_hz,
+        "--keys": keys,
+        "--insecure": insecure,
+        "--record": record,
+        "--web": web,
+    }
+    _require("--address", address, of_simgl1, "; Basilisk's own protocol has nothing of the kind")
     if scenario is None and address is not None:
         raise ConfigError("simgl serve", "SCENARIO", "is required unless --basilisk is given")
-    if record_images and record is None:
-        raise ConfigError("simgl serve", "--record-images", "goes with --record")
-    if camera and basilisk is None:
-        raise ConfigError("simgl serve", "--camera", "goes with --basilisk")
-    access = Access(secret=keys, allowed=allow, insecure=insecure)
-    # Basilisk's protocol has no keys.
-    remote = {"--address": access.allows_remote, "--monitor": access.allows_remote}
-    addresses = {"--address": address, "--monitor": monitor, "--basilisk": basilisk}
-    for option, given in addresses.items():
-        if given is not None:
-            check_bindable(given, remote_allowed=remote.get(option, False), option=option)
-    if restart and any(given and given.endswith(":*") for given in addresses.values()):
-        problem = "needs ports that stay the same, not :*"
-        raise ConfigError("simgl serve", "--restart", problem)
-    service = partial(
-        serve_until_stopped,
-        RendererOptions(
+    _require("--record", record, {"--record-images": record_images})
+    _require("--basilisk", basilisk, {"--camera": camera})
+    options = ServiceOptions(
+        renderer=RendererOptions(
             scenario=None if scenario is None else str(scenario),
             seed=seed,
             root=None if root is None else str(root),
@@ -202,15 +183,48 @@ def serve(
         monitor=monitor,
         rate_hz=rate_hz,
         root=root,
-        access=access,
+        access=Access(secret=keys, allowed=allow, insecure=insecure),
         web=_web_options(scenario, root, web, web_address, web_token, restart),
     )
+    _check_addresses(options, restart)
+    _serve(options, restart)
+
+
+def _require(option: str, given: object, dependent: Mapping[str, object], reason: str = "") -> None:
+    """Raise ConfigError for options that mean nothing without another one."""
+    for name, value in dependent.items():
+        if value and not given:
+            raise ConfigError("simgl serve", name, f"requires {option}{reason}")
+
+
+def _check_addresses(options: ServiceOptions, restart: bool) -> None:
+    remote = options.access.allows_remote
+    # Basilisk's protocol has no keys.
+    addresses = {
+        "--address": (options.address, remote),
+        "--monitor": (options.monitor, remote),
+        "--basilisk": (options.basilisk, False),
+    }
+    for option, (address, remote_allowed) in addresses.items():
+        if address is None:
+            continue
+        check_bindable(address, remote_allowed=remote_allowed, option=option)
+        if restart and address.endswith(":*"):
+            problem = "needs ports that stay the same, not :*"
+            raise ConfigError("simgl serve", "--restart", problem)
+
+
+def _serve(options: ServiceOptions, restart: bool) -> None:
+    """Serve until a signal; in a process of its own that is started again if it crashes."""
+    from simgl_bridge.processes import PARENT_VARIABLE, StopWithParent, run_restarting
+    from simgl_bridge.serving import serve_restarted, serve_until_stopped, stop_on_signals
+
     with stop_on_signals() as stop:
         parent = os.environ.pop(PARENT_VARIABLE, None)
         end = stop if parent is None else StopWithParent(stop, int(parent))
         if not restart:
-            service(end)
-        elif code := run_restarting(serve_restarted, (service, os.getpid()), end):
+            serve_until_stopped(options, end)
+        elif code := run_restarting(serve_restarted, (options, os.getpid()), end):
             raise typer.Exit(code)
 
 
@@ -224,10 +238,10 @@ def _web_options(
 ) -> WebOptions | None:
     """What the browser view opens; None without ``--web``."""
     if not web:
-        check_goes_with_web(address, token_file)
+        refuse_without_web(address, token_file)
         return None
     if root is not None:
-        problem = "shows one scenario: it does not go with --root, by which clients choose another"
+        problem = "is not allowed with --root, by which clients change the scenario"
         raise ConfigError("simgl serve", "--web", problem)
     from simgl.web.web_access import DEFAULT_WEB_ADDRESS, web_access
     from simgl_bridge.web_feed import WebOptions
@@ -335,7 +349,7 @@ def replay_recording(
 
     if recording.is_dir() or is_session(recording):
         if camera:
-            raise ConfigError("simgl replay", "--camera", "goes with a recording of Basilisk")
+            raise ConfigError("simgl replay", "--camera", "requires a recording of Basilisk")
         replayed = [
             replay_session(
                 path,
@@ -348,19 +362,19 @@ def replay_recording(
             for path in session_files(recording)
         ]
         frames, different = sum(r.frames for r in replayed), sum(r.different for r in replayed)
-        print(f"{frames} frames replayed, {different} differ")
+        say(f"{frames} frames replayed, {different} differ")
         if different:
             raise typer.Exit(1)
         return
     for option, given in (("--root", root), ("--changed", changed)):
         if given:
-            raise ConfigError("simgl replay", option, "goes with a recorded session")
+            raise ConfigError("simgl replay", option, "requires a recorded session")
     overrides = load_camera_files(camera or [], command="simgl replay")
     loaded = bare_scenario() if scenario is None else load_scenario(scenario)
     check_base(loaded)
     with RenderSession(loaded, open_simulator=opened) as session:
         count = replay(recording, session, out, overrides=overrides, every=every)
-    print(f"{count} images in {out}")
+    say(f"{count} images in {out}")
 
 
 def keys(
@@ -377,7 +391,7 @@ def keys(
     from simgl_bridge.access import make_keys
 
     public, secret = make_keys(name, out)
-    print(f"{public} (public) and {secret} (secret: do not hand it out)")
+    say(f"{public} (public) and {secret} (secret: do not hand it out)")
 
 
 def main() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from simgl.camera.camera import Camera
 from simgl.scenario.scenario import Scenario
 from simgl_bridge.hashes import scene_hash
-from simgl_bridge.messages import CameraDescription
+from simgl_bridge.message_parts import CameraDescription
 from simgl_bridge.plane_compression import available
 from simgl_bridge.renderer_messages import ServedJoint, ServedModel, ServedScene
 

@@ -11,7 +11,14 @@ from typing import Any
 import msgspec
 
 from simgl.errors import BridgeError, did_you_mean
-from simgl_bridge.messages import REPLIES, REQUESTS, Error, ErrorCode, Message, SentPose
+from simgl_bridge.message_parts import SentPose
+from simgl_bridge.messages import (
+    REPLIES,
+    REQUESTS,
+    Error,
+    ErrorCode,
+    Message,
+)
 from simgl_bridge.public_text import public_text
 
 VERSION = "simgl/1"

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 import msgspec
 
 from simgl.content_digest import content_digest
-from simgl_bridge.messages import CameraImage, Render, SentPose, SentSun, State
+from simgl_bridge.message_parts import CameraImage, SentPose, SentSun
+from simgl_bridge.messages import Render, State
 
 if TYPE_CHECKING:
     from simgl.scenario.scenario import Scenario

@@ -29,6 +29,7 @@ def launched_server(
 
     It also ends when this process is killed.
 
+    scenario_path : scenario file (TOML)
     timeout_s : limit for the start, which takes minutes for a large model that is not cached; the
         end of the server is detected at once
 

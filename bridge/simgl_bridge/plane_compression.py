@@ -8,7 +8,7 @@ from typing import Any
 from msgspec import structs
 
 from simgl.errors import BridgeError, ConfigError
-from simgl_bridge.messages import CameraImage
+from simgl_bridge.message_parts import CameraImage
 
 ZSTD = "zstd"
 # Noise does not compress: higher levels take longer and save less than 5 % of DN.

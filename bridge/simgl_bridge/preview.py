@@ -87,10 +87,16 @@ class PreviewImage:
     missed: int
 
 
-class Watch:
-    """Iterates over the previews of a server's monitor; ends when none arrives for ``timeout_s``.
+class PreviewClient:
+    """Iterates over the previews of a server's monitor.
 
-    >>> with Watch("tcp://127.0.0.1:5564") as previews:
+    address : of the monitor, as given to ``simgl serve --monitor``
+    timeout_s : the iteration ends when no preview arrives for so long
+    keys : of this client, for a server that requires them
+
+    Raises BridgeError for what is not an address, and for a message that is no preview.
+
+    >>> with PreviewClient("tcp://127.0.0.1:5564") as previews:
     ...     for preview in previews:
     ...         show(preview.pixels)
     """
@@ -113,7 +119,7 @@ class Watch:
             self._socket.subscribe(b"simgl/1")
         except zmq.ZMQError as error:
             self.close()
-            raise BridgeError(f"{address}: is no address ({reason(error)})") from None
+            raise BridgeError(f"{address}: is not an address ({reason(error)})") from None
 
     def __iter__(self) -> Iterator[PreviewImage]:
         return self
@@ -152,7 +158,7 @@ class Watch:
         """Disconnect."""
         self._context.destroy(linger=0)
 
-    def __enter__(self) -> Watch:
+    def __enter__(self) -> PreviewClient:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -163,9 +169,9 @@ def _unpacked(address: str, frames: list[bytes]) -> tuple[Preview, Image8]:
     try:
         preview = unpack_reply(frames)
     except BadMessageError as error:
-        raise BridgeError(f"{address}: the server sent nonsense: {error}") from None
+        raise BridgeError(f"{address}: the server sent an invalid message: {error}") from None
     if not isinstance(preview, Preview) or len(frames) != 3:
-        raise BridgeError(f"{address}: is no monitor")
+        raise BridgeError(f"{address}: is not a monitor")
     if min(preview.shape) < 1 or int(np.prod(preview.shape)) != len(frames[2]):
         raise BridgeError(f"{address}: a preview announces {preview.shape}, not what it brings")
     return preview, np.frombuffer(frames[2], dtype=np.uint8).reshape(preview.shape)

@@ -37,7 +37,13 @@ from simgl_bridge.client_sessions import Frames
 from simgl_bridge.describe_scene import served_scene
 from simgl_bridge.framing import BadMessageError, error_of
 from simgl_bridge.hashes import shown_state_hash
-from simgl_bridge.messages import Configure, Error, ErrorCode, Message, Render
+from simgl_bridge.messages import (
+    Configure,
+    Error,
+    ErrorCode,
+    Message,
+    Render,
+)
 from simgl_bridge.operator_log import OperatorLog
 from simgl_bridge.plane_compression import compressed
 from simgl_bridge.preview import WIDEST

@@ -10,7 +10,7 @@ from typing import Any
 
 import zmq
 
-from simgl_bridge.messages import ServerStatus
+from simgl_bridge.message_parts import ServerStatus
 from simgl_bridge.renderer_link import LONGEST_DRAW, Payload, RendererLink
 from simgl_bridge.renderer_messages import Answer, ServedScene
 from simgl_bridge.server import FairQueue, Work

@@ -31,15 +31,14 @@ from simgl.thermal.scene_temperatures import (
 )
 from simgl_bridge.body_pose import BodyPose
 from simgl_bridge.framing import BadMessageError, one_line
-from simgl_bridge.messages import (
+from simgl_bridge.message_parts import (
     CameraImage,
-    ErrorCode,
     Plane,
-    Render,
     SentPose,
     Shot,
     Vector,
 )
+from simgl_bridge.messages import ErrorCode, Render
 from simgl_bridge.validate_request import UNITS, ImageRequest
 
 # Products on the wire: which product of a capture holds it.
@@ -154,7 +153,7 @@ def _temperatures(
     before = request.thermal_from if isinstance(request, Render) else ""
     if all(state.cameras[shot.camera].camera.thermal is None for shot in request.cameras):
         if before:
-            problem = "goes with a thermal camera, and none is asked for"
+            problem = "requires a thermal camera, and none is requested"
             raise BadMessageError(ErrorCode.BAD_VALUE, "thermal_from", problem, request.id)
         return None
     try:
@@ -252,7 +251,10 @@ def _pose(sent: SentPose) -> Pose:
 
 
 def bad_scene(error: ConfigError, id: int) -> BadMessageError:
-    # The table alone: the path of the scenario file stays on the server.
+    """The refusal of a request whose scene is impossible.
+
+    It names the table alone: the path of the scenario file stays on the server.
+    """
     table = _TABLE.search(error.where)
     field = f"{table[0] if table else ''} {error.key}".strip()
     return BadMessageError(ErrorCode.BAD_SCENE, field, error.problem, id)

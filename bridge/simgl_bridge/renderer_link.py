@@ -20,7 +20,8 @@ import msgspec
 import zmq
 
 from simgl.errors import BridgeError
-from simgl_bridge.messages import Configure, Error, ErrorCode, ServerStatus
+from simgl_bridge.message_parts import ServerStatus
+from simgl_bridge.messages import Configure, Error, ErrorCode
 from simgl_bridge.renderer_messages import (
     ENCODER,
     REPORT_DECODER,

@@ -24,14 +24,12 @@ import msgspec
 from msgspec import Struct
 
 from simgl_bridge.basilisk.viz_messages import Update
+from simgl_bridge.message_parts import CameraDescription, CameraImage, SentPose
 from simgl_bridge.messages import (
-    CameraDescription,
-    CameraImage,
     Configure,
     Error,
     Message,
     Render,
-    SentPose,
     State,
 )
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import os
 import signal
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from threading import Event
@@ -24,42 +25,47 @@ from simgl_bridge.simgl1_endpoint import Simgl1Endpoint
 from simgl_bridge.web_feed import WebFeed, WebOptions
 
 
-def serve_until_stopped(
-    options: RendererOptions,
-    stop: Stop,
-    *,
-    address: str | None,
-    basilisk: str | None,
-    monitor: str | None,
-    rate_hz: float | None,
-    root: Path | None,
-    access: Access,
-    web: WebOptions | None = None,
-) -> None:
-    """Open what ``simgl serve`` was asked for, and serve until ``stop`` is set.
+@dataclass(frozen=True, kw_only=True)
+class ServiceOptions:
+    """What ``simgl serve`` was asked for.
 
-    address : of simgl/1, with its previews, free-run and keys; None for none
+    renderer : what the renderer opens
+    address : of simgl/1; None for none
     basilisk : address of Basilisk's endpoint; None for none
+    monitor, rate_hz, root, access : of the endpoint of simgl/1, see ``Simgl1Endpoint``
     web : the browser view; None for none
     """
+
+    renderer: RendererOptions
+    address: str | None
+    basilisk: str | None
+    monitor: str | None
+    rate_hz: float | None
+    root: Path | None
+    access: Access
+    web: WebOptions | None
+
+
+def serve_until_stopped(options: ServiceOptions, stop: Stop) -> None:
+    """Open the endpoints and serve until ``stop`` is set."""
     endpoints: list[Simgl1Endpoint | BasiliskEndpoint] = []
     with ExitStack() as stack:
-        link = stack.enter_context(closing(RendererLink(partial(start_renderer, options))))
-        queue = RenderQueue(link)
-        feed = None if web is None else stack.enter_context(closing(WebFeed(web)))
-        if address is not None:
+        start = partial(start_renderer, options.renderer)
+        queue = RenderQueue(stack.enter_context(closing(RendererLink(start))))
+        web = None if options.web is None else stack.enter_context(closing(WebFeed(options.web)))
+        if options.address is not None:
             simgl1 = Simgl1Endpoint(
                 queue,
-                address,
-                root=root,
-                access=access,
-                monitor=monitor,
-                rate_hz=rate_hz,
-                web=feed,
+                options.address,
+                root=options.root,
+                access=options.access,
+                monitor=options.monitor,
+                rate_hz=options.rate_hz,
+                web=web,
             )
             endpoints.append(stack.enter_context(simgl1))
-        if basilisk is not None:
-            endpoints.append(stack.enter_context(BasiliskEndpoint(queue, basilisk)))
+        if options.basilisk is not None:
+            endpoints.append(stack.enter_context(BasiliskEndpoint(queue, options.basilisk)))
 
         def print_summaries() -> None:
             for endpoint in endpoints:
@@ -68,11 +74,11 @@ def serve_until_stopped(
         serve(endpoints, queue, stop, on_ready=print_summaries)
 
 
-def serve_restarted(service: Callable[[Stop], None], parent: int) -> None:
+def serve_restarted(options: ServiceOptions, parent: int) -> None:
     """Serve in a process that another one restarts, and that ends with it."""
     report_faults()
     with stop_on_signals() as stop, one_line_errors():
-        service(StopWithParent(stop, parent))
+        serve_until_stopped(options, StopWithParent(stop, parent))
 
 
 def _print_summary(line: str) -> None:

@@ -34,7 +34,13 @@ from simgl.errors import AssetError, OutputError
 from simgl.output import check_writable
 from simgl_bridge.framing import BadMessageError
 from simgl_bridge.hashes import plane_hash
-from simgl_bridge.messages import CameraImage, ErrorCode, Message, Render, SentPose, State
+from simgl_bridge.message_parts import CameraImage, SentPose
+from simgl_bridge.messages import (
+    ErrorCode,
+    Message,
+    Render,
+    State,
+)
 from simgl_bridge.operator_log import OperatorLog
 from simgl_bridge.renderer_messages import ServedScene
 from simgl_bridge.value_ranges import Seed
@@ -250,7 +256,7 @@ class SessionFile:
         magic = _magic_of(path)
         if magic != MAGIC:
             other = magic.startswith(_NAME)
-            problem = "has another version, or is damaged" if other else "is no recorded session"
+            problem = "has another version, or is damaged" if other else "is not a recorded session"
             raise AssetError(f"{path}: {problem}")
         first = next(self.records(), None)
         if first is None or not isinstance(first[0], Opened):

@@ -14,7 +14,7 @@ from simgl.scenario.loader import load_scenario
 from simgl.scenario.scenario import Scenario
 from simgl.simulator import Simulator
 from simgl_bridge.hashes import plane_hash, scene_hash, shown_state_hash
-from simgl_bridge.messages import CameraImage
+from simgl_bridge.message_parts import CameraImage
 from simgl_bridge.render_request import RenderedImages, reach_temperatures, render_images
 from simgl_bridge.render_session import RenderSession
 from simgl_bridge.session_recording import SUFFIX, Answered, Configured, SessionFile
@@ -99,7 +99,7 @@ def replay_session(
                 for difference in differences:
                     say(f"frame {answered}, state {record.state_hash}: {difference}")
     if session.ignored:
-        say(f"{path}: the last {session.ignored} bytes are no whole record and are ignored")
+        say(f"{path}: the last {session.ignored} bytes are not a complete record and are ignored")
     return result
 
 

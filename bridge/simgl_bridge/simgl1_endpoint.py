@@ -15,15 +15,14 @@ import zmq
 from simgl_bridge.access import ANY_LOCAL, Access
 from simgl_bridge.client_sessions import ClientSession, ClientSessions, Frames, ReplyCache
 from simgl_bridge.framing import VERSION, BadMessageError, error_of, pack, unpack_request
-from simgl_bridge.free_run import StateStream, StreamedImages
-from simgl_bridge.hashes import shown_state_hash
+from simgl_bridge.free_run import FreeRun
+from simgl_bridge.image_replies import ImageReplies, planes_of
 from simgl_bridge.messages import (
     Bye,
     Configure,
     Error,
     ErrorCode,
     Hello,
-    Images,
     Message,
     Next,
     Ping,
@@ -37,13 +36,12 @@ from simgl_bridge.messages import (
 from simgl_bridge.preview import Monitor
 from simgl_bridge.render_queue import RenderQueue
 from simgl_bridge.renderer_link import Payload
-from simgl_bridge.renderer_messages import Answer, Draw, Drawn, ServedScene, Task
+from simgl_bridge.renderer_messages import Answer, Drawn, ServedScene, Task
 from simgl_bridge.router_socket import RouterSocket
 from simgl_bridge.scenario_folder import scenario_names
 from simgl_bridge.server import Work
 from simgl_bridge.validate_request import (
     FieldErrors,
-    ImageRequest,
     check_ranges,
     check_request,
 )
@@ -52,8 +50,6 @@ from simgl_bridge.welcome import welcome
 
 # Time for replies under way when the server stops [ms].
 LINGER_MS = 2000
-# Identity in the queue of the free-run stream; no client can have it.
-_STREAM = b""
 # Of the Pong that answers a Hello which has to wait; clients count their requests from 1.
 _HELLO_ID = 0
 
@@ -86,12 +82,10 @@ class Simgl1Endpoint:
         self._root = root
         self._boot = uuid.uuid4().hex
         self._started = time.monotonic()
-        self._sequence = 0
         self._repeated = 0
-        self._replies = ReplyCache()
+        self._reply_cache = ReplyCache()
         self._sessions = ClientSessions()
         self._greeting: dict[bytes, None] = {}
-        self._stream = StateStream(0.0 if rate_hz is None else 1.0 / rate_hz)
         self._configured_by: bytes | None = None
         self._context: zmq.Context[Any] = zmq.Context()
         self._authenticator = access.start_authenticator(self._context)
@@ -101,6 +95,15 @@ class Simgl1Endpoint:
             self._monitor = None
             if monitor is not None:
                 self._monitor = Monitor(self._context, monitor, access)
+            self._replies = ImageReplies(
+                queue,
+                boot=self._boot,
+                monitor=self._monitor,
+                web=web,
+                statistics=lambda: self._statistics(0),
+            )
+            interval = 0.0 if rate_hz is None else 1.0 / rate_hz
+            self._free_run = FreeRun(queue, self._router, self._replies, interval)
         except BaseException:
             self._destroy(0)
             raise
@@ -128,8 +131,8 @@ class Simgl1Endpoint:
 
     def _forget_client(self, client: bytes) -> None:
         self._queue.drop(client)
-        self._replies.forget(client)
-        self._stream.forget(client)
+        self._reply_cache.forget(client)
+        self._free_run.forget(client)
         self._sessions.forget(client)
         self._greeting.pop(client, None)
         if self._configured_by == client:
@@ -141,9 +144,9 @@ class Simgl1Endpoint:
         if isinstance(request, Render):
             self._enqueue(client, session, request, frames[1])
         elif isinstance(request, State):
-            self._accept_state(client, session, request)
+            self._free_run.accept_state(client, session.name, request)
         elif isinstance(request, Next):
-            self._wait_for_images(client, request)
+            self._free_run.wait_for_images(client, request)
         elif isinstance(request, Configure):
             self._queue_configure(client, request)
         elif isinstance(request, Bye):
@@ -161,7 +164,7 @@ class Simgl1Endpoint:
             problem = f'must hold "{VERSION}", got {list(request.versions)}'
             raise BadMessageError(ErrorCode.VERSION, "versions", problem)
         self._queue.drop(client)
-        self._replies.forget(client)
+        self._reply_cache.forget(client)
         session.name, session.last_tai_ns = request.client[:60], None
         if self._queue.scene is not None:
             return self._welcome(None, self._queue.scene)
@@ -205,7 +208,7 @@ class Simgl1Endpoint:
 
     def _answer_again(self, client: bytes, request: Render, header: bytes) -> bool:
         """Send the reply that a request got before, if it did."""
-        frames = self._replies.find(client, request.id, header)
+        frames = self._reply_cache.find(client, request.id, header)
         if frames is None:
             return False
         self._repeated += 1
@@ -228,8 +231,9 @@ class Simgl1Endpoint:
             problem = f'must not be before {last}, the last request\'s, unless "seek" is true, '
             problem += f"got {request.tai_ns}"
             raise BadMessageError(ErrorCode.TIME_BACKWARDS, "tai_ns", problem, request.id)
-        check_request(self._scene, request)
-        return self._draw(request)
+        assert self._queue.scene is not None
+        check_request(self._queue.scene, request)
+        return self._replies.task(request)
 
     def _finish_render(
         self,
@@ -246,67 +250,18 @@ class Simgl1Endpoint:
                 self._refuse(client, answer, request.id)
             return
         assert isinstance(answer, Drawn)
-        images = self._images(request, answer)
-        frames: Frames = [*pack(images), *_planes(answer, payload)]
+        images = self._replies.reply(request, answer)
+        frames: Frames = [*pack(images), *planes_of(answer, payload)]
         # For a repetition, also where this request was refused as too late.
-        self._replies.store(client, request.id, header, frames)
+        self._reply_cache.store(client, request.id, header, frames)
         if late:
             return
         session.last_tai_ns = request.tai_ns
         self._router.send(client, frames)
-        self._publish_preview(images, answer, payload)
-
-    @property
-    def _scene(self) -> ServedScene:
-        assert self._queue.scene is not None
-        return self._queue.scene
-
-    def _draw(self, request: ImageRequest) -> Draw:
-        preview = self._monitor is not None and self._monitor.is_due(time.monotonic())
-        return Draw(request=request, preview=preview)
+        self._replies.publish(images, answer, payload)
 
     def _refuse(self, client: bytes, error: Error, id: int) -> None:
         self._router.refuse(client, msgspec.structs.replace(error, id=id))
-
-    def _images(self, request: ImageRequest, drawn: Drawn) -> Images:
-        self._sequence += 1
-        scene = self._scene
-        return Images(
-            id=request.id,
-            sequence=self._sequence,
-            boot=self._boot,
-            scene_hash=scene.scene_hash,
-            tai_ns=request.tai_ns,
-            state_hash=shown_state_hash(request, drawn.images, scene.seed),
-            seed=scene.seed,
-            bodies=drawn.bodies,
-            images=drawn.images,
-        )
-
-    def _publish_preview(self, images: Images, drawn: Drawn, payload: Payload) -> None:
-        if self._monitor is not None:
-            self._monitor.publish(images, drawn, payload[-1].buffer)
-        if self._web is not None:
-            self._web.offer(images, _planes(drawn, payload), self._statistics(0))
-
-    # Free-run
-
-    def _accept_state(self, client: bytes, session: ClientSession, state: State) -> None:
-        if self._queue.scene is None:
-            problem = f"the server is {self._queue.status.state}, and cannot check a state yet"
-            raise BadMessageError(ErrorCode.NOT_READY, "", problem, state.id, retryable=True)
-        check_request(self._scene, state)
-        if not self._stream.accept(client, session.name, state, time.monotonic()):
-            owner = self._stream.owner_name
-            problem = f'"{owner}" streams states here; it has not left'
-            code = ErrorCode.NOT_OWNER
-            raise BadMessageError(code, "", problem, state.id, retryable=True)
-
-    def _wait_for_images(self, client: bytes, request: Next) -> None:
-        if not self._stream.wait(client, request, time.monotonic()):
-            problem = "too many clients wait for the next image"
-            raise BadMessageError(ErrorCode.BUSY, "", problem, request.id, retryable=True)
-        self._answer_waiting()
 
     def update(self, now: float) -> float:
         """Welcome those who wait, queue the newest state, and refuse what is overdue."""
@@ -318,64 +273,7 @@ class Simgl1Endpoint:
             waiting, self._greeting = self._greeting, {}
             for client in waiting:
                 self._router.send(client, pack(self._welcome(None, self._queue.scene)))
-        if self._stream.due(now) and not self._queue.has(_STREAM, _STREAM):
-            self._queue.offer(_STREAM, self._stream_work())
-        for client, request in self._stream.take_overdue(now):
-            problem = f"no image after sequence {request.after} came in time"
-            code = ErrorCode.DEADLINE
-            self._router.refuse(
-                client, error_of(BadMessageError(code, "", problem, request.id, retryable=True))
-            )
-        return self._stream.next_event()
-
-    def _stream_work(self) -> Work:
-        """Draws the state that is the newest at its turn."""
-        taken: list[tuple[bytes, State, int]] = []
-
-        def begin() -> Task | None:
-            if (newest := self._stream.take(time.monotonic())) is None:
-                return None
-            taken.append(newest)
-            owner, state, _ = newest
-            return self._router.answer_or_refuse(owner, lambda: self._begin_state(state), state.id)
-
-        def finish(answer: Answer, payload: Payload, late: bool) -> None:
-            del late
-            owner, state, dropped = taken[0]
-            self._router.answer_or_refuse(
-                owner,
-                lambda: self._finish_state(owner, state, dropped, answer, payload),
-                state.id,
-            )
-
-        return Work(key=_STREAM, begin=begin, finish=finish)
-
-    def _begin_state(self, state: State) -> Task:
-        # The scene may be another one since it came.
-        check_request(self._scene, state)
-        return self._draw(state)
-
-    def _finish_state(
-        self, owner: bytes, state: State, dropped: int, answer: Answer, payload: Payload
-    ) -> None:
-        if isinstance(answer, Error):
-            self._refuse(owner, answer, state.id)
-            return
-        assert isinstance(answer, Drawn)
-        images = msgspec.structs.replace(
-            self._images(state, answer), state_id=state.id, dropped=dropped
-        )
-        if self._stream.owner == owner:
-            self._stream.last = StreamedImages(images, _planes(answer, payload))
-            self._answer_waiting()
-        self._publish_preview(images, answer, payload)
-
-    def _answer_waiting(self) -> None:
-        last = self._stream.last
-        for client, request in self._stream.take_answered():
-            assert last is not None
-            images = msgspec.structs.replace(last.images, id=request.id)
-            self._router.send(client, [*pack(images), *last.pixels])
+        return self._free_run.update(now)
 
     # The scene
 
@@ -428,7 +326,7 @@ class Simgl1Endpoint:
             id=id,
             boot=self._boot,
             uptime_s=time.monotonic() - self._started,
-            images=self._sequence,
+            images=self._replies.count,
             repeated=self._repeated,
             errors=self._router.errors,
             busy=self._router.busy,
@@ -465,9 +363,3 @@ def _too_late(request: Render) -> Error:
     problem = f"is over: too late, there was no image after {request.deadline_ms} ms"
     code = ErrorCode.DEADLINE
     return error_of(BadMessageError(code, "deadline_ms", problem, request.id, retryable=True))
-
-
-def _planes(drawn: Drawn, payload: Payload) -> list[memoryview]:
-    """The planes as bytes, without a copy."""
-    count = sum(len(image.planes) for image in drawn.images)
-    return [frame.buffer for frame in payload[:count]]

@@ -60,7 +60,7 @@ def connect(
         monitor = socket.get_monitor_socket(_EVENTS)
         socket.connect(address)
     except zmq.ZMQError as error:
-        raise BridgeError(f"{address}: is no address ({reason(error)})") from None
+        raise BridgeError(f"{address}: is not an address ({reason(error)})") from None
     return socket, monitor
 
 

@@ -6,7 +6,13 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from simgl.errors import did_you_mean
 from simgl_bridge.framing import BadMessageError, one_line, quoted
-from simgl_bridge.messages import ErrorCode, Message, Render, Shot, State
+from simgl_bridge.message_parts import Shot
+from simgl_bridge.messages import (
+    ErrorCode,
+    Message,
+    Render,
+    State,
+)
 from simgl_bridge.renderer_messages import ServedJoint, ServedScene
 from simgl_bridge.value_ranges import out_of_range
 

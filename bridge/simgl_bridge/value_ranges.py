@@ -62,6 +62,7 @@ class Range:
         return f"in {self.name} ({numbers})" if self.name else f"in {numbers}"
 
     def problem(self, value: float) -> str | None:
+        """What is wrong with a number, or None."""
         if self.low <= value <= self.high:
             return None
         return f"must lie {self}, got {_shown(value)}"
@@ -78,6 +79,7 @@ class Positive:
         return f"above 0, up to {_shown(self.high)} {self.unit}"
 
     def problem(self, value: float) -> str | None:
+        """What is wrong with a number, or None."""
         return None if 0.0 < value <= self.high else f"must lie {self}, got {_shown(value)}"
 
 
@@ -101,6 +103,7 @@ class Components:
         return f"at least {_shown(self.nearest)} {self.unit} from the Earth"
 
     def problem(self, value: Sequence[float]) -> str | None:
+        """What is wrong with a vector of three components, or None."""
         x, y, z = map(abs, value)
         if not (x <= self.high and y <= self.high and z <= self.high):
             if not all(map(math.isfinite, value)):
@@ -119,6 +122,7 @@ class UnitQuaternion:
         return f"of norm 1, within {QUATERNION_NORM_TOLERANCE:g}"
 
     def problem(self, value: Sequence[float]) -> str | None:
+        """What is wrong with a quaternion x y z w, or None."""
         x, y, z, w = value
         # Most are, and the matrix takes ten times as long.
         if abs(math.sqrt(x * x + y * y + z * z + w * w) - 1.0) <= QUATERNION_NORM_TOLERANCE:

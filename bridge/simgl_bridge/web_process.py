@@ -27,7 +27,8 @@ from simgl.viewer.idle_priority import run_when_idle
 from simgl.web.page_server import PageServer
 from simgl.web.snapshots import NewestSnapshot, Snapshot
 from simgl.web.web_access import web_access
-from simgl_bridge.messages import CameraImage, Images, SentPose, Statistics
+from simgl_bridge.message_parts import CameraImage, SentPose
+from simgl_bridge.messages import Images, Statistics
 from simgl_bridge.processes import end_with_parent
 from simgl_bridge.sockets import receive
 from simgl_bridge.web_feed import SHOWN_DECODER, WebOptions

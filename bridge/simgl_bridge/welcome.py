@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from simgl import __version__
-from simgl_bridge.messages import ServerStatus, Welcome
+from simgl_bridge.message_parts import ServerStatus
+from simgl_bridge.messages import Welcome
 from simgl_bridge.renderer_messages import ServedScene
 from simgl_bridge.validate_request import UNITS
 

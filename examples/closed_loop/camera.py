@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from simgl_bridge.messages import CameraDescription
+from simgl_bridge.message_parts import CameraDescription
 
 from simgl.arrays import Array
 

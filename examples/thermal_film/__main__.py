@@ -14,11 +14,18 @@ import typer
 from matplotlib import colormaps
 from PIL import Image, ImageDraw, ImageFont
 
-from simgl import Capture, Product, SimglError, Simulator, display_from_radiance, load_scenario
+from simgl import (
+    Capture,
+    Product,
+    SimglError,
+    Simulator,
+    display_from_radiance,
+    display_gain,
+    load_scenario,
+)
 from simgl.arrays import Array, Image8
 from simgl.cli_progress import activity
 from simgl.figures.style import LIGHT_MAP
-from simgl.images import display_gain
 from simgl.output import check_writable, complete_file
 
 SCENE = Path(__file__).with_name("scene.toml")

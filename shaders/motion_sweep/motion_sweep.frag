@@ -148,22 +148,22 @@ void main() {
     float opens = (gl_FragCoord.y - middle_row) * row_rate - 0.5;
     float from = max(opens, segment.x), to = min(opens + 1.0, segment.y);
     float span = max(to - from, 0.0), middle = 0.5 * (from + to) - moment;
+    // What it moves by in a unit of time about the middle.
+    vec2 late = middle * path.zw, rate = path.xy - 2.0 * late;
 #ifdef UNEVEN
-    vec2 late = middle * path.zw;
-    Seen sum = share * span * uneven(at - middle * (path.xy - late), path.xy - 2.0 * late, path.zw, span);
+    Seen sum = share * span * uneven(at - middle * (path.xy - late), rate, path.zw, span);
 #else
 #ifdef FINE
     vec2 texel = vec2(1.0);
-    ivec2 across = abs(path.x) < abs(path.y) ? ivec2(1, 0) : ivec2(0, 1);
+    ivec2 across = abs(rate.x) < abs(rate.y) ? ivec2(1, 0) : ivec2(0, 1);
 #undef SEEN
 #define SEEN(place) fine_at(place, across)
 #else
     vec2 texel = 1.0 / vec2(textureSize(snapshot, 0));
 #endif
-    vec2 way = path.xy * texel, curve = path.zw * texel;
     // What is seen in the middle, and a unit of time before.
-    vec2 place = at * texel - middle * (way - middle * curve);
-    vec2 before = way - 2.0 * middle * curve;
+    vec2 place = (at - middle * (path.xy - late)) * texel;
+    vec2 before = rate * texel, curve = path.zw * texel;
     Seen sum;
 #ifdef CHUNKS
     float between = span / float(count), t = 0.5 * (between - span);
@@ -175,7 +175,7 @@ void main() {
     }
     sum *= span * share / float(count);
 #else
-    float speed = max(max(abs(path.x), abs(path.y)), 1e-6), length = span * speed;
+    float speed = max(max(abs(rate.x), abs(rate.y)), 1e-6), length = span * speed;
     // Places on either side, and the weight of the last one.
     float last = max(ceil(0.5 * (sqrt(length * length + 1.0) - 1.0)), 1.0);
     float inner = (last - 1.0) * last * (2.0 * last - 1.0) / 6.0;

@@ -142,6 +142,12 @@ struct Shade {
     float back;
 };
 
+#ifdef BANDS
+const Shade NO_SHADE = Shade(0.0, 0.0, vec4(1.0), 0.0);
+#else
+const Shade NO_SHADE = Shade(0.0, 0.0, 1.0, 0.0);
+#endif
+
 Shade shade_at(Place here, Clouds clouds) {
     float noise = clouds_noise(here.shade, here.levels.y, clouds.kinds);
     float cover = cloud_cover(clouds.shading, noise);
@@ -404,11 +410,15 @@ Sight through_clouds(Place here, Clouds clouds, Shade shade, vec4 below, float o
     return Sight(on_clouds * layer + on_earth * past * below, 1.0 - on_clouds * (1.0 - past));
 }
 
-// Of a place, and what the sea there would send up.
+// Of a place, and what the sea there would send up; CLEAR: of one without clouds.
 Sight mapped_sight(Place here, Sea sea, float on_earth, float on_clouds) {
+#ifdef CLEAR
+    return Sight(on_earth * surface_light(here, sea, NO_SHADE), 1.0);
+#else
     Clouds clouds = clouds_at(here);
     Shade shade = shade_at(here, clouds);
     return through_clouds(here, clouds, shade, surface_light(here, sea, shade), on_earth, on_clouds);
+#endif
 }
 #endif
 

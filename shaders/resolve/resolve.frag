@@ -94,7 +94,8 @@ vec4 point(uint first_page, ivec2 cell, ivec2 at) {
         vec2 place = 0.5 * vec2(cell & (2 * BLOCK - 1)) - 0.25;
         vec4 right = read_texel(points, at + ivec2(1, 0));
         vec4 below = mix(read_texel(points, at + ivec2(0, 1)), read_texel(points, at + 1), place.x);
-        light = mix(mix(light, right, place.x), below, place.y);
+        // Beyond them the end of a penumbra would go on below zero.
+        light = max(mix(mix(light, right, place.x), below, place.y), 0.0);
     }
     return light;
 }

@@ -79,6 +79,7 @@ struct Tried {
     float lower_top;   // highest of the slabs that are lower [m]
     float bottom;      // lowest of the slabs' ends over the receivers [m]
     float foot;        // lowest place of the receivers' own surface where a slab reaches it [m]
+    float lowest;      // of the slabs' upper ends [m]
     bool tall;         // there are slabs as high as that
     bool steps;        // there are low steps
     uvec4 blocked;     // a bit for each direction: it meets one of the first
@@ -90,6 +91,7 @@ void add_slab(inout Tried tried, Slab slab) {
     tried.steps = tried.steps || slab.step;
     if (slab.casts) {
         tried.top = slab.high > tried.top ? slab.high : tried.top;
+        tried.lowest = slab.high < tried.lowest ? slab.high : tried.lowest;
         // Compared: min takes llvmpipe longer.
         if (slab.ends) tried.bottom = slab.low < tried.bottom ? slab.low : tried.bottom;
         else tried.foot = slab.low < tried.foot ? slab.low : tried.foot;
@@ -100,7 +102,7 @@ void add_slab(inout Tried tried, Slab slab) {
 // matter. All directions are tried where the highest of them end, else where the bound for all casters does.
 Tried tried_on_rings(sampler2D depths, SunMap map, Samples samples, Slab overhead, Spiral spiral,
                      float highest, float reach, float turn) {
-    Tried tried = Tried(highest, 0.0, 0.0, highest, highest, false, false, uvec4(0u), uvec4(0u));
+    Tried tried = Tried(highest, 0.0, 0.0, highest, highest, highest, false, false, uvec4(0u), uvec4(0u));
     float spread = spread_at(highest, reach), near = 1.0 - 0.4 * turn;
     vec2 lean = highest * map.lean, direction = -spiral.first;
     uint left = samples.group;
@@ -248,8 +250,9 @@ vec4 unblocked_light(SunMap map, Receiver r, Spiral spiral, float reach, uvec4 b
 // reach : texels per metre of height to the disc's edge
 // limb_u, limb_v : darkening of the disc towards its limb, per band
 // turn : two numbers 0..1 that vary from group to group
+// lowest : how high over them the lowest end of what was seen to cast stands, 0 where steps do [m]
 vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, Samples samples, float highest, float reach,
-               vec4 limb_u, vec4 limb_v, vec2 turn) {
+               vec4 limb_u, vec4 limb_v, vec2 turn, out float lowest) {
     float angle = 6.28318531 * turn.x;
     int taps = samples.count * clamp(map.taps / samples.count, 1, TAPS_OF_SAMPLE);
     float share = 1.0 / float(taps);
@@ -264,6 +267,7 @@ vec4 disc_past(sampler2D depths, sampler2D behind, SunMap map, Samples samples, 
     Samples stepped = samples;
     if (!tried.steps) stepped.corner = vec3(0.0);
     if (tried.steps) past_steps = mean_past_steps(depths, behind, map, stepped);
+    lowest = tried.steps ? 0.0 : min(tried.lowest, tried.bottom);
     if (tried.top <= 0.0) return vec4(past_steps);
     float deepest = min(tried.bottom, tried.foot);
     // Where no slab ends above the receivers, they all run down to them.

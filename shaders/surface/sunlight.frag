@@ -5,7 +5,8 @@
 // With PLANES, planes over the casters tell where no caster stands: of most points near casters, where
 // the texels of the map are small. The others follow, one beside the other, with NEIGHBOURS.
 //
-// With OF_SQUARES, of squares of 4 x 4 cells instead of points: whether all of each is known to be lit or dark.
+// With OF_SQUARES, of squares of 4 x 4 cells instead of points: whether light is smooth over each, and whether all
+// of it is known to be lit or dark. With SEARCH, too, of the four points of a square that stand for 2 x 2 cells each.
 //
 // With IN_PLACE what follows is not listed, but drawn where it lies over what was drawn first.
 #include "block/spacecraft"
@@ -26,24 +27,30 @@
 #if defined(SEARCH) || defined(NEIGHBOURS)
 #define SECOND
 #endif
+#if defined(OF_SQUARES) && !defined(SEARCH)
+#define FIRST_OF_SQUARES
+#endif
 
 // The whole map, and right of it the close one where there is one.
 #if defined(PLANES)
 uniform sampler2D sun_planes;
-#elif defined(OF_SQUARES)
+#elif defined(FIRST_OF_SQUARES)
 #elif defined(SLABS)
 uniform sampler2D sun_slabs;
 #else
 uniform sampler2D sun_depths;
 #endif
-#if defined(SHEETS) && !defined(PLANES) && !defined(OF_SQUARES)
+#if defined(SHEETS) && !defined(PLANES) && !defined(FIRST_OF_SQUARES)
 uniform sampler2D sun_slopes;
 #endif
 #ifdef SECOND
 #ifndef IN_PLACE
-// Columns of the points, and from bit 16 on rows; behind the last all bits are set.
+// Columns of the points, and from bit 16 on rows; behind the last all bits are set. Of a square's points the
+// column counts on from four times that of the square.
 uniform usampler2D searched_points;
 #endif
+#endif
+#if defined(SECOND) && !defined(OF_SQUARES)
 // What was drawn first.
 uniform sampler2D sunlight;
 #else
@@ -58,11 +65,18 @@ uniform sampler2D gbuffer_position;
 uniform sampler2D gbuffer_normal_roughness;
 uniform sampler2D gbuffer_face_normal;
 
-#ifdef OF_SQUARES
-out uint even;
-const float CELLS = 4.0;   // along an edge
+#ifdef FIRST_OF_SQUARES
+out uint even;   // as in simgl/passes/shading_points.py
+const uint UNEVEN = 0u, LIT = 1u, DARK = 2u, PARTLY_LIT = 3u;
 #else
 out vec4 lit_fraction;
+#endif
+// Along an edge of what a receiver stands for.
+#if defined(FIRST_OF_SQUARES)
+const float CELLS = 4.0;
+#elif defined(OF_SQUARES)
+const float CELLS = 2.0;
+#else
 const float CELLS = 1.0;
 #endif
 
@@ -75,6 +89,11 @@ vec2 evenly_spread(vec2 sample_index) {
     return fract(0.5 + vec2(dot(sample_index, vec2(0.7548776662, 0.5698402910)),
                             dot(sample_index, vec2(0.8566748838, 0.7338918566))));
 }
+
+#ifdef OF_SQUARES
+// Samples of 2 x 2 cells along an edge, each of which tries four directions.
+const int EDGE_SAMPLES = 5;
+#endif
 
 // One of the two maps.
 struct Atlas {
@@ -93,11 +112,16 @@ Atlas atlas_of(bool close, vec2 lean) {
     mat4 all_of_it = shadow_from_body[0], closer = shadow_from_body[1], from_body;
     for (int k = 0; k < 4; ++k) from_body[k] = close ? closer[k] : all_of_it[k];
     vec2 width = vec2(0.0);
+#ifdef OF_SQUARES
+    int taps = 4 * EDGE_SAMPLES * EDGE_SAMPLES;
+#else
+    int taps = int(shadow_taps);
+#endif
 #ifdef SLABS
     width = 1.0 / vec2(textureSize(sun_slabs, 0));
 #endif
     SunMap map = SunMap(frame.x, frame.y, frame.z, int(atlas.x), int(atlas.y), int(atlas.z), width,
-                        lean / frame.x, int(shadow_taps));
+                        lean / frame.x, taps);
     return Atlas(map, atlas.w, from_body);
 }
 
@@ -124,6 +148,24 @@ bool is_free(SunMap map, Receiver r, mat2x3 steps, float reach) {
     is_free = free_of_casters(sun_planes, map, r, reach + AROUND);
 #endif
     return is_free;
+}
+#endif
+
+#if defined(SEARCH) && defined(OF_SQUARES)
+// In place of a lit fraction: it is not linear over the square.
+const vec4 NOT_LINEAR = vec4(-1.0);
+// Least radius of the Sun's disc at the lowest caster [cells]: a penumbra of twice the width is then linear
+// between the points of a square to 0.4 % of full sunlight rms, 0.7 % at its ends.
+const float SMOOTH_RADIUS = 12.0;
+// Samples that lie evenly over 2 x 2 cells about a receiver, on a grid that is turned a little.
+//
+// cells : of the place from one cell to the next
+Samples samples_of_cells(Receiver of_group, mat2x3 cells) {
+    const float n = float(EDGE_SAMPLES), next = CELLS / n, shift = next / n;
+    mat2x3 steps = cells * mat2(next, -shift, shift, next);
+    vec2 first = vec2(0.5 * shift, next - 0.5 * shift) - 0.5 * CELLS;
+    uint group = (1u << uint(EDGE_SAMPLES * EDGE_SAMPLES)) - 1u;
+    return Samples(of_group, steps, of_group.here + cells * first, group, EDGE_SAMPLES * EDGE_SAMPLES);
 }
 #endif
 
@@ -163,6 +205,10 @@ void main() {
     uint point = read_texel(searched_points, at).r;
     if (point == ~0u) discard;
     at = ivec2(point & 65535u, point >> 16u);
+#ifdef OF_SQUARES
+    ivec2 quarter = ivec2(at.x & 1, (at.x >> 1) & 1);
+    at.x >>= 2;
+#endif
 #endif
 #endif
     vec3 wi = sun_direction.xyz;
@@ -203,6 +249,10 @@ void main() {
     vec3 to_sun = mat3(light_from_camera) * wi;
     lean = to_sun.xy / to_sun.z;
 #endif
+    mat2 raster_steps = mat2(raster_from_cell.xy, raster_from_cell.zw);
+#if defined(SEARCH) && defined(OF_SQUARES)
+    body += body_steps * (raster_steps * (CELLS * (vec2(quarter) - 0.5)));
+#endif
     vec2 inside = (shadow_from_body[1] * vec4(body, 1.0)).xy;
     inside = min(inside, shadow_atlas[1].x - inside);
     bool close = min(inside.x, inside.y) > shadow_frame[1].w;
@@ -226,15 +276,22 @@ void main() {
     // So far the cell's samples lie from its middle [texels of the map].
     vec2 spread = CELLS * cell_reach * (abs(steps[0].xy) + abs(steps[1].xy));
     float sample_reach = max(spread.x, spread.y);
-#ifdef SECOND
+#if defined(SECOND) && !defined(OF_SQUARES)
     float highest = read_texel(sunlight, at).y;
 #else
     Around around = casters_around(sun_tops, atlas.map, of_group, atlas.reach, sample_reach);
+    float highest = around.high;
 #endif
 #ifdef SEARCH
+#ifdef OF_SQUARES
+    mat2x3 cells = steps * raster_steps;
+    Samples samples = samples_of_cells(of_group, cells);
+    vec2 turn = evenly_spread(vec2(2 * at + quarter));
+#else
     vec3 corner = of_group.here + steps * (0.5 - point_of(group));
     Samples samples = Samples(of_group, steps, corner, group, int(samples_of(group)));
     vec2 turn = evenly_spread(vec2(cell_of_point(at)));
+#endif
 #ifdef SLABS
 #define sun_depths sun_slabs
 #endif
@@ -246,10 +303,18 @@ void main() {
     samples.count = int(samples_of(samples.group));
     past *= float(samples.count);
 #endif
+    float lowest = 0.0;
     lit_fraction = vec4(0.0);
     if (past > 0.0)
         lit_fraction = past * disc_past(sun_depths, sun_behind, atlas.map, samples, highest, atlas.reach,
-                                        sun_limb_u, sun_limb_v, turn);
+                                        sun_limb_u, sun_limb_v, turn, lowest);
+#ifdef OF_SQUARES
+    bool partly = lit_fraction.g > 0.0 && lit_fraction.g < 1.0;
+    float cell = max(length(cells[0].xy), length(cells[1].xy));
+    if (partly && (past < 1.0 || lowest * atlas.reach < SMOOTH_RADIUS * cell)) lit_fraction = NOT_LINEAR;
+    if (around.near) lit_fraction = NOT_LINEAR;
+    else if (!around.search) lit_fraction = vec4(around.dark ? 0.0 : 1.0);
+#endif
 #elif defined(NEIGHBOURS)
     lit_fraction = vec4(lit_near(atlas.map, of_group, steps, group, highest));
 #else
@@ -260,19 +325,20 @@ void main() {
 #ifdef OF_SQUARES
     // Near the surface's own horizon light is not smooth.
     bool level = abs(dot(n, wi)) < sun_angular_radius + sqrt(6.0 * normal_roughness.w);
-    bool known = away || !unknown && !around.search;
-    even = uint(face_normal.w > 0.5 && known && !level);
+    bool smooth_light = face_normal.w > 0.5 && !level;
+    even = away || around.dark ? DARK : around.search ? PARTLY_LIT : unknown ? UNEVEN : LIT;
+    if (!smooth_light) even = UNEVEN;
 #else
     lit_fraction = vec4(around.dark || away ? 0.0 : 1.0);
 #ifdef PLANES
-    if (unknown && !away) lit_fraction.xy = vec2(NEIGHBOURS_TELL, around.high);
+    if (unknown && !away) lit_fraction.xy = vec2(NEIGHBOURS_TELL, highest);
 #else
     // llvmpipe works the others out with these, sample by sample.
     bool near = unknown && !away && uint(position.w) / 16384u == instance;
-    float lit = lit_near(atlas.map, of_group, steps, near ? group : lowest_of(group), around.high);
+    float lit = lit_near(atlas.map, of_group, steps, near ? group : lowest_of(group), highest);
     if (near) lit_fraction = vec4(lit);
 #endif
-    if (around.search && !away) lit_fraction.xy = vec2(SEARCH_TELLS, around.high);
+    if (around.search && !away) lit_fraction.xy = vec2(SEARCH_TELLS, highest);
 #endif
 #endif
 }

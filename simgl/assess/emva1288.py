@@ -95,7 +95,13 @@ class CameraReport:
 
 
 def camera_under_test(preset: str, largest: tuple[int, int] = LARGEST) -> Camera:
-    """A preset's camera with its sensor cropped to ``largest`` and shielded from particles."""
+    """A preset's camera, cropped and shielded from particles.
+
+    preset : name of a shipped preset, or a file
+    largest : width and height that the sensor is cropped to [px]
+
+    Raises AssetError for an unknown preset, ConfigError for a file with impossible values.
+    """
     table = CameraTable(preset=preset, exposure_time_s=_EXPOSURE)
     camera = read_camera("command line", "camera", table, SOLAR_TEMPERATURE, Path())
     d = camera.detector
@@ -159,8 +165,11 @@ def measure_camera(
 ) -> CameraReport:
     """Photon-transfer test of a camera.
 
+    ctx : OpenGL context to draw in, from ``open_context``
+    camera : to be measured, for instance from ``camera_under_test``
     levels : number of light levels, with a pair of frames each
     repeats : frames averaged for each fixed pattern
+    seed : of the noise
     progress : called with the number of finished steps and of all steps
     """
     done, steps = 0, levels + 4

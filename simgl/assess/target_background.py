@@ -66,7 +66,9 @@ def backdrop(
 def tangent_heights(earth: EarthState, position: Array, rays_icrf: Array) -> Array:
     """(n,) lowest height of rays above the ground [m]; negative if they hit it.
 
-    position : (3,) origin of the rays [m]; rays_icrf : (n, 3) directions of any length
+    earth : of the scene's state
+    position : (3,) origin of the rays in GCRF [m]
+    rays_icrf : (n, 3) directions of any length
 
     Computed in axes in which the ellipsoid is a sphere; the relative error of heights is 0.3 %.
     """

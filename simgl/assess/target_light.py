@@ -35,6 +35,7 @@ _BRIGHT = 98.0
 class FrameAssessment:
     """Visibility and light of a target in one image.
 
+    target : name of the spacecraft
     range : camera to the target's body origin [m]
     phase_angle : Sun - target - camera [rad]
     sun_to_boresight : [rad]
@@ -126,6 +127,8 @@ def assess_frame(
 
     capture : with DN, electrons, radiance and truth; for a thermal camera DN, thermal frame and
         truth
+    state : that the capture shows
+    target : name of the spacecraft
     criteria : limits; they include the fraction of the target that may saturate
 
     Raises ConfigError for an unknown target.

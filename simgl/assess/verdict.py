@@ -45,7 +45,11 @@ class ImageFigures(Protocol):
 
 
 def verdict(assessment: ImageFigures, limits: UsabilityCriteria) -> tuple[Verdict, tuple[str, ...]]:
-    """The verdict and its reasons, the most important first; none for a good image."""
+    """The verdict and its reasons, the most important first; none for a good image.
+
+    assessment : figures of an image, such as a ``FrameAssessment``
+    limits : of a usable image, such as ``scenario.criteria``
+    """
     if assessment.target_pixels < limits.least_pixels:
         text = f"{assessment.target_pixels} pixels of the target, {limits.least_pixels} are needed"
         return Verdict.NOT_IN_VIEW, (text,)

@@ -278,7 +278,7 @@ def _kalibr_distortion(entries: _Entries) -> Projection | None:
     if model == "none":
         given = [name for name in names if entries.table.get(name)]
         if given and any(entries.numbers(given[0])):
-            entries.fail(given[0], "goes with a distortion_model: radtan or equidistant")
+            entries.fail(given[0], "requires a distortion_model: radtan or equidistant")
         return None
     if model not in (*_KALIBR_RADTAN, "equidistant"):
         known = did_you_mean(model, [*_KALIBR_RADTAN, "equidistant", "none"])

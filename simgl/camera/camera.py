@@ -24,6 +24,8 @@ __all__ = ["Camera", "Detector", "Lens"]
 class Camera:
     """A named camera.
 
+    name : of the camera in its scenario
+    lens, detector : optics and electronics
     exposure_time : [s]
     readout_time : from the end of exposure to the last row read [s]
     transport_latency : from the last row read to the image in flight software [s]
@@ -83,7 +85,9 @@ class Camera:
         return np.array([[f, f * lens.skew, x], [0.0, f * lens.aspect, y], [0.0, 0.0, 1.0]])
 
     def project(self, points: Array) -> Array:
-        """Pixel coordinates (..., 2) of points (..., 3) in camera axes, with lens distortion.
+        """Pixel coordinates (..., 2), column and row, with lens distortion.
+
+        points : (..., 3) in camera axes [m], or any other unit
 
         NaN for points that the lens does not see, such as those behind a pinhole.
         """
@@ -96,19 +100,27 @@ class Camera:
         return self.in_pixels(plane)
 
     def in_pixels(self, plane: Array) -> Array:
-        """Pixel coordinates (..., 2) of points (..., 2) of the normalised image plane."""
+        """Pixel coordinates (..., 2), column and row.
+
+        plane : (..., 2) points of the normalised image plane, x right and y down
+        """
         x, y = plane[..., 0], plane[..., 1]
         sheared = np.stack([x + self.lens.skew * y, self.lens.aspect * y], axis=-1)
         return sheared * self.focal_length_px + np.array(self.principal_point)
 
     def on_plane(self, pixels: Array) -> Array:
-        """Points (..., 2) of the normalised image plane at pixel coordinates (..., 2)."""
+        """Points (..., 2) of the normalised image plane, x right and y down.
+
+        pixels : (..., 2) pixel coordinates, column and row
+        """
         x, y = np.moveaxis((pixels - np.array(self.principal_point)) / self.focal_length_px, -1, 0)
         y = y / self.lens.aspect
         return np.stack([x - self.lens.skew * y, y], axis=-1)
 
     def rays(self, pixels: Array) -> Array:
-        """Lines of sight (..., 3) in camera axes, of some length, at pixel coordinates (..., 2).
+        """Lines of sight (..., 3) in camera axes, of some length.
+
+        pixels : (..., 2) pixel coordinates, column and row
 
         NaN where the lens sees nothing.
         """

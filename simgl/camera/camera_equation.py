@@ -39,14 +39,26 @@ def square_electrons_per_irradiance(camera: Camera, photons_per_joule: Array) ->
 
 
 def exposure_value(f_number: float, exposure_time: float) -> float:
-    """EV = log2(N^2 / t), t in seconds: 16 at f/4 and 1/4096 s; ValueError for 0 or less."""
+    """Exposure value EV = log2(N^2 / t): 16 at f/4 and 1/4096 s.
+
+    f_number : N, above 0
+    exposure_time : t, above 0 [s]
+
+    Raises ValueError for other values.
+    """
     check_positive("f_number", f_number)
     check_positive("exposure_time", exposure_time)
     return math.log2(f_number**2 / exposure_time)
 
 
 def exposure_time(value: float, f_number: float) -> float:
-    """Exposure time [s] of an exposure value at an f-number; ValueError for EV beyond +-100."""
+    """Exposure time of an exposure value [s].
+
+    value : EV, -100 to 100
+    f_number : above 0
+
+    Raises ValueError for other values.
+    """
     check_within("value", value, -100.0, 100.0)
     check_positive("f_number", f_number)
     return float(f_number**2 / 2.0**value)

@@ -32,7 +32,10 @@ _LARGEST_EDGE = 2**20
 
 
 def band_gap(temperature: float) -> float:
-    """Band gap of silicon [eV]: 1.1557 - 7.021e-4 T^2 / (T + 1108), T in K (Varshni 1967)."""
+    """Band gap of silicon [eV]: 1.1557 - 7.021e-4 T^2 / (T + 1108) (Varshni 1967).
+
+    temperature : T [K]
+    """
     return 1.1557 - 7.021e-4 * temperature**2 / (temperature + 1108.0)
 
 
@@ -43,7 +46,9 @@ def _depletion_current(temperature: float) -> float:
 
 
 def dark_current_ratio(temperature: float) -> float:
-    """Dark current at a temperature [K] relative to that at 300 K.
+    """Dark current at a temperature relative to that at 300 K.
+
+    temperature : T [K]
 
     Generation in the depletion region, proportional to T^1.5 exp(-E / 2kT) with the band gap E,
     which doubles every 8 K. In warm sensors diffusion dominates, which follows exp(-E / kT) and

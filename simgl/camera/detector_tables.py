@@ -230,10 +230,10 @@ def _refuse_without_effect(
 ) -> None:
     """Raise ConfigError for keys of a camera that mean nothing without another one."""
     if table.row_time_us is not None and chosen("shutter", "global") == "global":
-        raise ConfigError(where, "row_time_us", 'goes with shutter = "rolling"')
+        raise ConfigError(where, "row_time_us", 'requires shutter = "rolling"')
     for key, partner in (("hot_pixels", "hot_current_e_s"), ("hot_current_e_s", "hot_pixels")):
         if getattr(table, key) and chosen(partner, None) is None:
-            raise ConfigError(where, key, f"goes with {partner}, which is missing")
+            raise ConfigError(where, key, f"requires {partner}, which is missing")
 
 
 def _pedestal(where: str, pedestal: float, bits: int) -> float:

@@ -40,7 +40,11 @@ class Blur:
 
 @dataclass(frozen=True, kw_only=True)
 class Zone:
-    """Blur at a distance from the image centre; ``share`` is 0..1 of the half diagonal."""
+    """Blur at a distance from the image centre.
+
+    share : that distance over the half diagonal of the image, 0..1
+    blur : there
+    """
 
     share: float
     blur: Blur
@@ -83,6 +87,7 @@ class Lens:
     """A lens.
 
     focal_length : along the image's rows [m]
+    f_number : focal length over the diameter of the entrance pupil
     aspect : focal length along its columns over that along its rows
     skew : shift along the rows per length along the columns, over the focal length; 0 for square
         axes
@@ -90,6 +95,7 @@ class Lens:
     transmission : per band R, G, B, N, 0..1
     camera_equation : "4N2", pi L T / (4 N^2), for a distant object and an aplanatic lens; or
         "1+4N2", for a thin lens with a plane pupil
+    vignetting : loss of light off the axis
     distortion : projection of directions; None for a pinhole
     spread : point spread function; None for none
     veiling_glare : fraction of the light that is scattered uniformly over the image

@@ -108,11 +108,12 @@ def _fail(where: str, key: str, problem: str) -> NoReturn:
 
 def _vignetting(table: OpticsTable, where: str) -> Vignetting:
     if (table.vignetting == "measured") != (table.vignetting_angle_deg is not None):
-        problem = 'goes with vignetting = "measured", and that with it'
+        problem = 'is required with vignetting = "measured" and allowed only with it'
         _fail(where, "vignetting_angle_deg", problem)
     angles, relative = table.vignetting_angle_deg, table.vignetting_relative
     if (angles is None) != (relative is None):
-        _fail(where, "vignetting_relative", "goes with vignetting_angle_deg")
+        problem = "is required with vignetting_angle_deg and allowed only with it"
+        _fail(where, "vignetting_relative", problem)
     if angles is None or relative is None:
         return Vignetting(natural=table.vignetting == "cos4")
     if len(angles) != len(relative) or len(angles) < 2:
@@ -140,7 +141,7 @@ def _distortion(table: OpticsTable, where: str) -> Projection | None:
     for key, value in given.items():
         if key not in names and value not in (None, 0.0):
             models = [f'"{other}"' for other, its in _COEFFICIENTS.items() if key in its]
-            problem = f'goes with model = {" or ".join(models)}, not with "{model}"'
+            problem = f'requires model = {" or ".join(models)}, got "{model}"'
             _fail(where, f"distortion.{key}", problem)
         if key in names and value is None:
             _fail(where, f"distortion.{key}", f'is missing; model = "{model}" needs it')
@@ -165,13 +166,13 @@ def _spread(table: OpticsTable, where: str, base: Base) -> PointSpread | None:
         image = _psf_image(path, where)
         return PointSpread(image=image, image_scale=table.psf_samples_per_px or 1)
     if table.psf_samples_per_px is not None:
-        _fail(where, "psf_samples_per_px", "goes with psf_image")
+        _fail(where, "psf_samples_per_px", "requires psf_image")
     zones = [Zone(share=0.0, blur=_blur(table))]
     zones += [Zone(share=zone.at, blur=_blur(zone)) for zone in table.field_zones or ()]
     if not _increasing([zone.share for zone in zones]):
         _fail(where, "field_zones", "must have increasing values of at, from above 0")
     if not table.diffraction and any(zone.blur.defocus != 0.0 for zone in zones):
-        _fail(where, "defocus_um", "goes with diffraction = true")
+        _fail(where, "defocus_um", "requires diffraction = true")
     if not table.diffraction and all(zone.blur == Blur() for zone in zones):
         return None
     return PointSpread(diffraction=table.diffraction, zones=tuple(zones))
@@ -191,7 +192,7 @@ def _psf_image(path: Path, where: str) -> tuple[tuple[float, ...], ...]:
     except AssetError as error:
         raise AssetError(f"{where}: optics.psf_image: {error}") from None
     except ValueError:
-        problem = f"{path} is no image and no .npy array"
+        problem = f"{path} is neither an image nor a .npy array"
         raise ConfigError(where, "optics.psf_image", problem) from None
     if values.dtype.kind not in "uif":
         _fail(where, "psf_image", f"{path} must hold real numbers, got {values.dtype}")
@@ -207,7 +208,7 @@ def _psf_image(path: Path, where: str) -> tuple[tuple[float, ...], ...]:
 def _surfaces(table: OpticsTable, where: str) -> tuple[LensSurface, ...]:
     if table.surfaces is None:
         if table.coating_reflectance is not None:
-            _fail(where, "coating_reflectance", "goes with surfaces")
+            _fail(where, "coating_reflectance", "requires surfaces")
         return ()
     coating = 0.005 if table.coating_reflectance is None else table.coating_reflectance
     surfaces = _TRIPLET if isinstance(table.surfaces, str) else table.surfaces

@@ -167,7 +167,7 @@ def _scale(camera: Camera) -> float:
 def _divided(camera: Camera) -> _Parts:
     d, lens = camera.detector, camera.lens.distortion
     if d.width * d.height > _MAX_PIXELS:
-        problem = f"goes with at most {_MAX_PIXELS} pixels, got {d.width} x {d.height}"
+        problem = f"is allowed for at most {_MAX_PIXELS} pixels, got {d.width} x {d.height}"
         raise _refused(camera, problem)
     rays, solid_angle = _on_pixels(camera)
     seen = solid_angle > 0.0  # not where it is no number

@@ -51,14 +51,14 @@ def read_thermal(where: str, table: CameraSettingsTable) -> InfraredDetector | N
         default = next(f.default for f in structs.fields(CameraSettingsTable) if f.name == key)
         if getattr(table, key) != default:
             instead = f"; write {_ELSEWHERE[key]}" if key in _ELSEWHERE else ""
-            raise ConfigError(where, key, f"goes with visible light, not with thermal{instead}")
+            raise ConfigError(where, key, f"is not allowed with thermal{instead}")
     try:
         preset = load_infrared_detector(given.detector)
     except AssetError as error:
         raise AssetError(f"{where}: thermal.detector: {error}") from None
     for key, kind in _OF_KIND.items():
         if getattr(given, key) is not None and preset.table.kind != kind:
-            problem = f"goes with a {kind} detector; {given.detector} is none"
+            problem = f"requires a {kind} detector; {given.detector} is none"
             raise ConfigError(where, f"thermal.{key}", problem)
     _check_order(where, "thermal.band_um", given.band_um, (_SHORTEST, _LONGEST))
     _check_order(where, "thermal.range_k", given.range_k, (100.0, 3000.0))

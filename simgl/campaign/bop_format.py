@@ -25,8 +25,9 @@ from simgl.arrays import Array, Image16, Mask
 from simgl.camera.camera import Camera
 from simgl.campaign.campaign_file import Campaign
 from simgl.campaign.labels import pose_in_camera
+from simgl.display_images import png_bytes
 from simgl.errors import ConfigError
-from simgl.images import DigitalFrame, FrameInfo, TruthFrame, png_bytes
+from simgl.images import DigitalFrame, FrameInfo, TruthFrame
 from simgl.output import complete_file
 from simgl.rays import ray_tracer
 from simgl.scene.spacecraft import SpacecraftModel

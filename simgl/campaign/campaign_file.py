@@ -162,7 +162,7 @@ def _check_ways(table: DrawTable, where: str) -> None:
     if len(ways) > 1:
         raise ConfigError(where, ways[1], f"contradicts {ways[0]}; give one of them")
     if table.elevation_deg is not None and table.azimuth_deg is None:
-        raise ConfigError(where, "elevation_deg", "goes with azimuth_deg")
+        raise ConfigError(where, "elevation_deg", "requires azimuth_deg")
     if table.attitude is not None and table.attitude_error_deg is not None:
         raise ConfigError(where, "attitude_error_deg", "contradicts attitude; give one of them")
 

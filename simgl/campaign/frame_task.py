@@ -19,7 +19,8 @@ from simgl.campaign import bop_format
 from simgl.campaign.campaign_file import Campaign
 from simgl.campaign.frame_scene import FrameScene, frame_scene
 from simgl.campaign.labels import pose_in_camera, spacecraft_labels
-from simgl.images import DigitalFrame, png_bytes, saturated
+from simgl.display_images import png_bytes
+from simgl.images import DigitalFrame, saturated
 from simgl.output import write_dn_png, write_light, write_view
 from simgl.physics.ephemeris import utc_from_tai_ns
 from simgl.physics.frames import quaternion_from_matrix, unit

@@ -20,8 +20,8 @@ from simgl.camera.calibration_text import calibration_of, opencv_coefficients
 from simgl.camera.camera import Camera
 from simgl.camera.projections import Fisheye
 from simgl.campaign.campaign_file import Campaign
+from simgl.display_images import png_bytes
 from simgl.errors import ConfigError
-from simgl.images import png_bytes
 from simgl.output import complete_file
 from simgl.sequence.journal import Value
 

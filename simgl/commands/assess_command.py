@@ -127,7 +127,7 @@ def _trajectory(
 
     work = assignment(scenario, camera, target, [])
     if work.is_thermal and scenario.uncertainty is not None:
-        problem = f'goes with visible light; camera "{work.camera}" sees thermal radiation'
+        problem = f'requires visible light; camera "{work.camera}" sees thermal radiation'
         raise ConfigError(str(scenario.source or scenario.name), "uncertainty", problem)
     work = replace(work, epochs=chosen_epochs(scenario, epochs, work.camera))
     report = out / "report.html"
@@ -176,7 +176,7 @@ def _sweep(
 
     work = assignment(scenario, camera, target, [epoch_at(scenario, at)])
     if work.is_thermal:
-        problem = f'goes with visible light; camera "{work.camera}" sees thermal radiation'
+        problem = f'requires visible light; camera "{work.camera}" sees thermal radiation'
         raise ConfigError(COMMAND_LINE, "--sweep", problem)
     sweep = Sweep(work, parse_axes(axes))
     resumable(out, len(sweep.sun_directions) * len(sweep.settings), "points")

@@ -18,7 +18,7 @@ from simgl.commands.command_line import (
     with_option_groups,
 )
 from simgl.commands.completion import camera_presets, model_names, scenario_files
-from simgl.commands.web_options import WEB_PANEL, WebAddress, WebToken, check_goes_with_web
+from simgl.commands.web_options import WEB_PANEL, WebAddress, WebToken, refuse_without_web
 from simgl.errors import ConfigError
 
 ModelFile = Annotated[
@@ -121,7 +121,9 @@ def _infrared_test(preset: str, out: Path | None, json: bool) -> None:
     from simgl.camera.infrared_detector import load_infrared_detector
 
     if out is not None:
-        raise ConfigError(COMMAND_LINE, "--out", f"goes with cameras; {preset} has no plots")
+        raise ConfigError(
+            COMMAND_LINE, "--out", f"requires a visible camera; {preset} has no plots"
+        )
     detector = load_infrared_detector(preset)
     results = examine_infrared(detector)
     if json:
@@ -235,8 +237,8 @@ def view(
         with_scenario = {"SCENARIO": scenario, **of_the_window, "--web": web or None}
         for option, given in with_scenario.items():
             if given is not None:
-                raise ConfigError(COMMAND_LINE, option, "does not go with --follow")
-        check_goes_with_web(web_address, web_token)
+                raise ConfigError(COMMAND_LINE, option, "is not allowed with --follow")
+        refuse_without_web(web_address, web_token)
         from simgl.viewer.window import follow as follow_server
 
         follow_server(follow)
@@ -249,7 +251,7 @@ def view(
                 raise ConfigError(COMMAND_LINE, option, "is for the window, not for --web")
         _view_in_browsers(scenario, web_address, web_token)
         return
-    check_goes_with_web(web_address, web_token)
+    refuse_without_web(web_address, web_token)
     from simgl.viewer.window import run
 
     run(scenario, target, screenshot, camera)

@@ -29,8 +29,8 @@ WebToken = Annotated[
 ]
 
 
-def check_goes_with_web(address: str | None, token: Path | None) -> None:
+def refuse_without_web(address: str | None, token: Path | None) -> None:
     """Raises ConfigError for options that mean nothing without ``--web``."""
     for option, given in (("--web-address", address), ("--web-token", token)):
         if given is not None:
-            raise ConfigError(COMMAND_LINE, option, "goes with --web")
+            raise ConfigError(COMMAND_LINE, option, "requires --web")

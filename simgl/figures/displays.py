@@ -14,15 +14,14 @@ from PIL import Image
 from simgl.arrays import AnyArray, Array32, Image8, Image16
 from simgl.camera.camera import Camera
 from simgl.camera.demosaic import develop_squares
-from simgl.figures.style import LIGHT_MAP, VALUE_MAP
-from simgl.images import (
+from simgl.display_images import (
     WHITE_PHOTONS,
-    Capture,
     display_from_dn,
     display_from_linear,
-    saturated,
     srgb_from_linear,
 )
+from simgl.figures.style import LIGHT_MAP, VALUE_MAP
+from simgl.images import Capture, saturated
 from simgl.physics.spectrum import BANDS
 
 # Decades of radiance that the false colours span, down from the brightest.

@@ -119,7 +119,7 @@ def _open_osmesa() -> moderngl.Context:
 def _device_from_environment() -> int:
     value = os.environ.get("SIMGL_DEVICE", "0")
     if not value.isdecimal():
-        raise ContextError(f'SIMGL_DEVICE is no device index: "{value}"', "set it to 0, 1, ...")
+        raise ContextError(f'SIMGL_DEVICE is not a device index: "{value}"', "set it to 0, 1, ...")
     return int(value)
 
 

@@ -48,7 +48,7 @@ def _allocate(path: Path) -> None:
     try:
         status = os.fstat(handle)
         if not stat.S_ISREG(status.st_mode):
-            raise FileExistsError(0, "its index is no file")
+            raise FileExistsError(0, "its index is not a file")
         if status.st_blocks * 512 < _INDEX_BYTES:
             os.posix_fallocate(handle, 0, _INDEX_BYTES)
     finally:

@@ -154,7 +154,7 @@ def _bind_and_check(
             if key in parameters:
                 continue
             if key not in samplers:
-                raise ShaderError(f"{name}: uniform {key} is no declared sampler")
+                raise ShaderError(f"{name}: uniform {key} is not a declared sampler")
             member.value = samplers[key]
     if unused:
         raise ShaderError(f"{name}: samplers {sorted(unused)} are declared but not used")

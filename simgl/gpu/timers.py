@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 
 import moderngl
 
 from simgl.gpu.context import is_software
+
+_NOTHING = nullcontext()
 
 
 class PassTimer:
@@ -26,12 +28,12 @@ class PassTimer:
         # moderngl cannot free a query, so each name keeps its own.
         self._queries: dict[str, moderngl.Query] = {}
 
-    @contextmanager
-    def measure(self, name: str) -> Iterator[None]:
+    def measure(self, name: str) -> AbstractContextManager[None]:
         """Time a section; sections of the same name add up until ``seconds`` is cleared."""
-        if not self.enabled:
-            yield
-            return
+        return self._measured(name) if self.enabled else _NOTHING
+
+    @contextmanager
+    def _measured(self, name: str) -> Iterator[None]:
         if self._software:
             self._ctx.finish()
             start = time.perf_counter()

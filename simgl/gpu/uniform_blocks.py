@@ -70,7 +70,8 @@ class Block:
             offset = start + dtype.itemsize
             lines.append(f"    {kind} {field}{suffix};")
         if self.dtype.itemsize % 16:
-            raise ShaderError(f"block {self.name}: size {self.dtype.itemsize} is no multiple of 16")
+            size = self.dtype.itemsize
+            raise ShaderError(f"block {self.name}: size {size} is not a multiple of 16")
         body = "\n".join(lines)
         return f"layout(std140, row_major) uniform {self.name} {{\n{body}\n}};\n"
 

@@ -192,8 +192,8 @@ def _unit_guess(longest: float, unit_m: float | None) -> str | None:
         metres = in_file * UNITS[unit]
         if _SMALLEST <= metres <= _LARGEST:
             fits = f"{metres:.3g} m if in {name}"
-            return f'{longest:.6g} m is no spacecraft\'s size; {fits}: unit = "{unit}"'
-    return f"{longest:.6g} m is no spacecraft's size, and no usual unit makes it one"
+            return f'{longest:.6g} m is not a spacecraft\'s size; {fits}: unit = "{unit}"'
+    return f"{longest:.6g} m is not a spacecraft's size, and no usual unit makes it one"
 
 
 def _places(mesh: Mesh, longest: float) -> IndexArray:

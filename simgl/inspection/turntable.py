@@ -10,7 +10,7 @@ import moderngl
 import numpy as np
 
 from simgl.arrays import Array, Image8
-from simgl.images import contact_sheet, display_from_radiance, png_bytes
+from simgl.display_images import contact_sheet, display_from_radiance, png_bytes
 from simgl.model_files.model_library import load_model
 from simgl.output import complete_file
 from simgl.physics.frames import unit

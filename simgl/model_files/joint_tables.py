@@ -76,7 +76,7 @@ def _check_names(tables: Sequence[JointTable], keypoints: Collection[str], where
     for index, table in enumerate(tables):
         key = f"joint {table.name}"
         if any(other.name == table.name for other in tables[:index]):
-            raise ConfigError(where, key, "is there twice")
+            raise ConfigError(where, key, "is defined twice")
         for name in table.keypoints:
             if name not in keypoints:
                 raise ConfigError(where, key, f"names no keypoint: {did_you_mean(name, keypoints)}")
@@ -119,7 +119,7 @@ def _parent(
         above = _above(places[index], places)
         return _last(above, tables) if above else None
     if given not in names:
-        problem = f"has a parent that is no joint: {did_you_mean(given, names)}"
+        problem = f"has a parent that is not a joint: {did_you_mean(given, names)}"
         raise ConfigError(where, f"joint {tables[index].name}", problem)
     return names.index(given)
 
@@ -133,7 +133,7 @@ def _check_ends(tables: Sequence[JointTable], parents: Sequence[int | None], whe
             parent = parents[parent]
         if parent == start:
             circle = " on ".join(tables[index].name for index in (*passed, start))
-            raise ConfigError(where, f"joint {tables[start].name}", f"sits on itself: {circle}")
+            raise ConfigError(where, f"joint {tables[start].name}", f"carries itself: {circle}")
 
 
 def _parts(
@@ -186,8 +186,8 @@ def _joint(table: JointTable, parent: int | None, parts: tuple[int, ...], where:
     for name in ("origin_body_m", "range_deg", "range_m"):
         given = getattr(table, name) is not None
         if given != (name in wanted):
-            problem = f"{name} is missing" if name in wanted else f"{name} does not go"
-            raise ConfigError(where, key, f"is {table.kind}: {problem} with that")
+            problem = f"requires {name}" if name in wanted else f"must not have {name}"
+            raise ConfigError(where, key, f"is {table.kind}: it {problem}")
     limits = table.range_m if slides else np.radians(table.range_deg or ()).tolist()
     assert limits is not None
     low, high = limits
@@ -196,7 +196,7 @@ def _joint(table: JointTable, parent: int | None, parts: tuple[int, ...], where:
         raise ConfigError(where, key, problem)
     sunward = table.sunward_body
     if slides and sunward is not None:
-        raise ConfigError(where, key, "slides, and has no sunward_body to turn to the Sun")
+        raise ConfigError(where, key, "is prismatic: it must not have sunward_body")
     return Joint(
         name=table.name,
         parts=parts,

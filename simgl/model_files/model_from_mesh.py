@@ -94,6 +94,7 @@ def model_from_mesh(
 
     mesh : a ``trimesh.Trimesh``, or (vertices, triangles): (n, 3) real numbers and (m, 3) indices,
         counter-clockwise seen from outside
+    name : of the model
     materials : materials, or names of finishes
     material_of_triangle : (m,) index into ``materials``; the first one if omitted
     parts : names of the parts; one part of the model's name if omitted

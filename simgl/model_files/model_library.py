@@ -99,7 +99,7 @@ def body_from_file(unit_m: float, up: str | None, forward: str | None) -> Array:
     """
     if up is None:
         if forward is not None:
-            raise ValueError("goes with up_axis")
+            raise ValueError("requires up_axis")
         return unit_m * np.eye(3)
     forward = forward or _USUAL_FORWARD[up[-1]]
     if forward[-1] == up[-1]:
@@ -249,9 +249,13 @@ def _read_model(
         raise AssetError(f'no model "{name}"; {did_you_mean(name, shipped_models())}')
     if shipped or kind == ".toml":
         if unit_m is not None:
-            raise AssetError(f'model "{name}" knows its unit; unit_m goes with a mesh file')
+            raise AssetError(
+                f'model "{name}" knows its unit; unit_m is allowed only for a mesh file'
+            )
         if up_axis is not None:
-            raise AssetError(f'model "{name}" knows its axes; up_axis goes with a mesh file')
+            raise AssetError(
+                f'model "{name}" knows its axes; up_axis is allowed only for a mesh file'
+            )
     if shipped:
         folder = assets.models() / name
         return _read_model_card(folder / "model.toml", folder)

@@ -221,7 +221,9 @@ def shipped_finishes() -> list[str]:
 
 
 def load_finish(name: str) -> Material:
-    """A shipped surface finish by its name; docs/materials.md lists them.
+    """A shipped surface finish; docs/materials.md lists them.
+
+    name : of the finish
 
     Raises AssetError with a suggestion for an unknown name.
 
@@ -254,7 +256,7 @@ def _material(table: MaterialTable, name: str, where: str, prefix: str, base: Ba
     """prefix : precedes the table's keys in error messages"""
     for key in ("metallic", "conserving"):
         if getattr(table, key) and table.roughness is None:
-            problem = "goes with roughness; without it the material is Lambertian"
+            problem = "requires roughness; without it the material is Lambertian"
             raise ConfigError(where, f"{prefix}{key}", problem)
     coat, crinkle, spectrum = table.coat, table.crinkle, None
     if isinstance(table.reflectance, str):
@@ -293,7 +295,7 @@ def _cells(table: CellsTable, where: str, key: str) -> Cells:
         ("metal_reflectance", lines, "finger_width_m or busbar_width_m"),
     ):
         if getattr(table, key_of) != 0.0 and not drawn:
-            raise ConfigError(where, f"{key}.{key_of}", f"goes with {width} above 0")
+            raise ConfigError(where, f"{key}.{key_of}", f"requires {width} above 0")
     for line in ("finger", "busbar"):
         width, pitch = values[f"{line}_width"], values[f"{line}_pitch"]
         if width >= pitch:

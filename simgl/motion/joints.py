@@ -124,4 +124,4 @@ def moved_keypoints(
 
 def unknown_joint(name: str, joints: Sequence[Joint]) -> str:
     """Error text for a name that is not a joint."""
-    return f"is no joint of this model; {did_you_mean(name, [joint.name for joint in joints])}"
+    return f"is not a joint of this model; {did_you_mean(name, [joint.name for joint in joints])}"

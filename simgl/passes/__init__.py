@@ -9,7 +9,7 @@ light by rays), ``surface`` (shading), ``resolve`` and ``warp`` (to pixels), ``m
 ``compute_spread``, ``exposure``, ``readout``; ``display`` and ``inset`` fill a window.
 ``background`` draws Earth and sky.
 
-Shared modules: ``drawn_spacecraft`` and ``shading_points`` (what is handed from pass to pass),
+Shared modules: ``drawn_spacecraft``, ``shading_points``, ``even_squares`` (from pass to pass),
 ``shared_blocks`` (uniform blocks), ``mesh_store``, ``texture_store``, ``outline_program``,
 ``albedo_table``, ``vertex_sums``. A pass imports these, ``gpu`` and ``view``, never another pass.
 

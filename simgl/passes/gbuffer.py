@@ -7,15 +7,15 @@ from collections.abc import Sequence
 import moderngl
 import numpy as np
 
-from simgl.arrays import AnyArray, Mask
+from simgl.arrays import AnyArray
 from simgl.gpu.context import wait_for_draws
 from simgl.gpu.fullscreen import Screen, screen
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.render_targets import Format, GrowingTarget, textures_of
 from simgl.gpu.screen_shader import ScreenShader
-from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.passes.drawn_spacecraft import DrawnSpacecraft
+from simgl.passes.even_squares import EvenSquares, without_penumbras
 from simgl.passes.mesh_store import MeshStore
 from simgl.passes.shading_points import (
     CELL_GROUPS,
@@ -39,10 +39,9 @@ from simgl.passes.shared_blocks import (
     MATERIALS,
     SPACECRAFT,
     TILE,
-    spacecraft_values,
-    tile_values,
 )
 from simgl.passes.texture_store import IMAGE_UNITS
+from simgl.passes.view_blocks import ViewBlocks
 from simgl.view.raster_tiles import RasterTile
 
 # Of the byte of a block, the bits that hold its pages, and those that tell whether its cells show
@@ -79,8 +78,8 @@ class GBufferPass:
     colour_only = State()
 
     @all_or_nothing
-    def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
-        self._ctx, self._meshes = ctx, meshes
+    def __init__(self, ctx: moderngl.Context, meshes: MeshStore, blocks: ViewBlocks) -> None:
+        self._ctx, self._meshes, self._blocks = ctx, meshes, blocks
         self._grouping: dict[tuple[int, tuple[str, ...]], PointScreen] = {}
         first = {"cell_groups": CELL_GROUPS["cell_groups"]}
         self._counting = screen(ctx, ScreenShader("gbuffer/pages", 0.0, [TILE], first))
@@ -89,8 +88,6 @@ class GBufferPass:
         self._unmarked = screen(ctx, ScreenShader("gbuffer/unmarked", OTHERS, [], {}))
         self._marks: dict[tuple[str, ...], PointScreen] = {}
         self._lookups: dict[tuple[str, ...], PointScreen] = {}
-        self._tile = UniformBuffer(ctx, TILE)
-        self._spacecraft = UniformBuffer(ctx, SPACECRAFT)
         self._groups = GrowingTarget(ctx, [range(len(CELL_GROUPS))], Format("u4", 4))
         self._counts = GrowingTarget(ctx, [[0]], Format("u1"))
         self._point_groups = GrowingTarget(ctx, [[0]], Format("u4"))
@@ -119,16 +116,16 @@ class GBufferPass:
         """
         cells, blocks = tile.cells.size, blocks_of(tile.cells.size)
         (groups,) = self._groups.covering(cells)
-        self._tile.write(tile_values(tile, tile.slices[0]))
-        self._tile.bind()
+        self._blocks.bind_tile(tile)
         visibility.use(_VISIBILITY_UNIT)
         telling = ("TELL_TRIANGLES",) * (even is not None)
         self._grouping_for(tile.cells.texels, telling).draw(
             self.colour_only, groups, (0, 0, *cells)
         )
         of_block = self._page_counts(textures_of(groups)[0], blocks)
-        wide = None if even is None else self._wide(tile, of_block, spacecraft[0], even)
-        entries, first = page_table(of_block & _COUNT, wide)
+        squares = self._even_squares(tile, of_block, spacecraft[0], even)
+        kinds = squares.kinds if squares.kinds.any() else None
+        entries, first, wide_rows = page_table(of_block & _COUNT, kinds)
         page_entries = self._page_entries.written(entries)
         point_groups = self._groups_of_points(textures_of(groups), page_entries, len(entries))
         detailed = any("DETAILED" in drawn.view.model.variant for drawn in spacecraft)
@@ -149,6 +146,8 @@ class GBufferPass:
             entries=entries,
             bare=of_block >= BARE,
             wide_pages=even is not None,
+            wide_rows=wide_rows,
+            partly_lit=squares.partly_lit,
             of_one=len(spacecraft) == 1 and not by_rays,
             page_entries=page_entries,
             block_pages=self._block_pages.written(first),
@@ -175,15 +174,18 @@ class GBufferPass:
         data = counts.read(viewport=area, components=1, alignment=1, dtype="u1")
         return np.frombuffer(data, dtype=np.uint8).reshape(blocks[::-1])
 
-    def _wide(
-        self, tile: RasterTile, of_block: AnyArray, drawn: DrawnSpacecraft, even: EvenLight
-    ) -> Mask | None:
-        """(rows, columns) of the squares of 2 x 2 blocks: those that have one page together."""
+    def _even_squares(
+        self, tile: RasterTile, of_block: AnyArray, drawn: DrawnSpacecraft, even: EvenLight | None
+    ) -> EvenSquares:
+        """Over which squares of 2 x 2 blocks light is smooth: they have one page together."""
+        none = without_penumbras(np.zeros((0, 0), dtype=np.uint8))
+        if even is None:
+            return none
         candidates = np.logical_and.reduce(
             [part & _ONE_TRIANGLE != 0 for part in blocks_of_squares(of_block)]
         )
         if np.count_nonzero(candidates) < _WORTH_ASKING * candidates.size or not candidates.size:
-            return None
+            return none
         size = candidates.shape[1], candidates.shape[0]
         (target,) = self._squares.covering(size)
         self._bind_mesh(tile, drawn)
@@ -192,7 +194,7 @@ class GBufferPass:
         if lighting is not None and lighting.grids is not None:
             variant = (*variant, "LIGHT_GRIDS")
         self._look_up_for((*variant, "OF_SQUARES")).draw(self.colour_only, target, (0, 0, *size))
-        return candidates & even(textures_of(target), size)
+        return even(textures_of(target), candidates)
 
     def _groups_of_points(
         self, groups: Sequence[moderngl.Texture], page_entries: moderngl.Texture, rows: int
@@ -242,10 +244,8 @@ class GBufferPass:
             draw_marked(points.edges, points, self._look_up_for((*of_places, "EDGES")))
 
     def _bind_mesh(self, tile: RasterTile, drawn: DrawnSpacecraft) -> None:
-        self._tile.write(tile_values(tile, tile.slices[0]))
-        self._spacecraft.write(spacecraft_values(drawn.view))
-        self._tile.bind()
-        self._spacecraft.bind()
+        self._blocks.bind_tile(tile)
+        self._blocks.bind_spacecraft(drawn)
         tables = self._meshes.tables(drawn.mesh)
         tables.corners.use(_CORNERS_UNIT)
         tables.vertices.use(_VERTICES_UNIT)
@@ -329,8 +329,6 @@ class GBufferPass:
         )
         for target in (*growing, *self._targets.values()):
             target.release()
-        for buffer in (self._tile, self._spacecraft):
-            buffer.release()
         for grouping in (self._counting, self._paging, self._unmarked, *self._grouping.values()):
             grouping.release()
         for shader in (*self._marks.values(), *self._lookups.values()):

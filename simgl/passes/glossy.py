@@ -16,7 +16,6 @@ from simgl.gpu.context import wait_for_draws
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.render_targets import Format, GrowingTarget
-from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.passes.drawn_spacecraft import DrawnSpacecraft
 from simgl.passes.mesh_store import MeshStore
 from simgl.passes.shading_points import (
@@ -33,7 +32,8 @@ from simgl.passes.shading_points import (
     listed_points,
     point_shader,
 )
-from simgl.passes.shared_blocks import MATERIALS, SPACECRAFT, TILE, spacecraft_values, tile_values
+from simgl.passes.shared_blocks import MATERIALS, SPACECRAFT, TILE
+from simgl.passes.view_blocks import ViewBlocks
 from simgl.radiosity.final_gather import LitBody
 from simgl.radiosity.lobe_gather import Lobes, seen_in_lobes
 from simgl.view.raster_tiles import RasterTile
@@ -55,11 +55,9 @@ class GlossyPass:
     state = State()
 
     @all_or_nothing
-    def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
-        self._ctx, self._meshes = ctx, meshes
+    def __init__(self, ctx: moderngl.Context, meshes: MeshStore, blocks: ViewBlocks) -> None:
+        self._ctx, self._meshes, self._blocks = ctx, meshes, blocks
         self._screens: dict[tuple[str, ...], tuple[PointScreen, PointScreen]] = {}
-        self._tile = UniformBuffer(ctx, TILE)
-        self._spacecraft = UniformBuffer(ctx, SPACECRAFT)
         self._masks = GrowingTarget(ctx, [[0]], Format("u1"))
         self._points = GrowingTarget(ctx, [[0]], Format("u4"))
         self._pages = GrowingTarget(ctx, [[0]], Format("u4"))
@@ -99,10 +97,8 @@ class GlossyPass:
         return self._seen.written(_table(seen)), self._pages.written(pages)
 
     def _bind(self, tile: RasterTile, points: ShadingPoints, drawn: DrawnSpacecraft) -> None:
-        for block in (self._tile, self._spacecraft):
-            block.bind()
-        self._tile.write(tile_values(tile, tile.slices[0]))
-        self._spacecraft.write(spacecraft_values(drawn.view))
+        self._blocks.bind_tile(tile)
+        self._blocks.bind_spacecraft(drawn)
         self._meshes.bind_materials(drawn.view.model)
         for unit, texture in enumerate(points.textures):
             texture.use(unit)
@@ -134,8 +130,6 @@ class GlossyPass:
         """Free everything."""
         for target in (self._masks, self._points, self._pages, self._lobes, self._seen):
             target.release()
-        for buffer in (self._tile, self._spacecraft):
-            buffer.release()
         for screen in sum(self._screens.values(), ()):
             screen.release()
 

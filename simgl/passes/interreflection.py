@@ -17,7 +17,8 @@ from simgl.gpu.mesh_tables import COLUMNS, table
 from simgl.gpu.render_targets import read_by_texel
 from simgl.lru_cache import MANY, LruCache
 from simgl.passes.mesh_store import MAX_BYTES, GridLight, VertexLighting
-from simgl.passes.vertex_sums import VertexInputs, VertexSums
+from simgl.passes.tasks_ahead import TasksAhead
+from simgl.passes.vertex_sums import SkyOfVertices, VertexInputs, VertexSums
 from simgl.radiosity.incident_light import IncidentLight, NearPair
 from simgl.radiosity.isolated_light import MadeOf, PendingLight
 from simgl.radiosity.light_transport import LightGrids, LightTransport
@@ -95,9 +96,8 @@ class InterreflectionPass:
         self._unwritten: dict[int, _Solved] = {}
         self._written: dict[int, _Solved] = {}
         self._begun: dict[int, _Begun] = {}
-        # What later frames need: tasks that wait until this one has its light, and those begun.
-        self._next: list[Callable[[], None]] = []
-        self._ahead: list[Future[None]] = []
+        # What later frames need of light, and of poses that this thread looks for.
+        self._light_ahead, self._poses_ahead = TasksAhead(executor), TasksAhead(executor)
 
     def prepare(self, models: Iterable[SpacecraftModel], joint_light: JointLight) -> None:
         """Make what the first image needs of models that are traced. In any thread."""
@@ -108,8 +108,7 @@ class InterreflectionPass:
 
     def begin(self, spacecraft: Sequence[SpacecraftView], joint_light: JointLight) -> None:
         """Start what ``draw`` needs besides the skies, in another thread."""
-        while self._ahead:
-            self._ahead.pop().result()
+        self._poses_ahead.finish()
         for one in spacecraft:
             light, transport = one.incident_light, self._transport(one, joint_light)
             if light is None or transport is None:
@@ -117,11 +116,8 @@ class InterreflectionPass:
             made_of = one.model, transport, light.key
             last = self._begun.get(one.instance)
             if last is None or last.made_of != made_of:
-                besides = self._executor.submit(
-                    self.light.besides_sky,
-                    *(one.model, transport, light),
-                    summed=self._sums is None,
-                )
+                of_body = partial(self.light.besides_sky, *made_of[:2], light)
+                besides = self._light_ahead.then(partial(of_body, summed=self._sums is None))
                 self._begun[one.instance] = _Begun(made_of=made_of, besides_sky=besides)
         self._reserve(len(self._begun))
 
@@ -163,7 +159,8 @@ class InterreflectionPass:
         lightings = [self._lighting(one, isolated, all_mutual) for one in spacecraft]
         for one in spacecraft:
             if joint_light == "quick" and one.incident_light is not None and one.model.joints:
-                self._next.append(partial(self._next_poses.make_ahead, one.instance, one.model))
+                ahead = partial(self._next_poses.make_ahead, one.instance, one.model)
+                self._poses_ahead.add(ahead)
         return lightings
 
     def dark(
@@ -200,8 +197,8 @@ class InterreflectionPass:
                 if lighting.grids is not None:
                     lighting.grids.light.write(values.nodes)
             self._written[instance] = solved
-        while self._next:
-            self._ahead.append(self._executor.submit(self._next.pop(0)))
+        self._light_ahead.begin()
+        self._poses_ahead.begin()
 
     def _transport(self, one: SpacecraftView, joint_light: JointLight) -> LightTransport | None:
         """How light goes on a spacecraft; None where nothing sees itself or others."""
@@ -296,7 +293,7 @@ class InterreflectionPass:
         else:
             solved = self._unsummed(pending, from_near)
         if _in_sunlight(pending.incident, pending.transport):
-            self._next.append(make_ahead)
+            self._light_ahead.add(make_ahead)
         return solved
 
     def _summed(
@@ -309,6 +306,7 @@ class InterreflectionPass:
             pending.at_vertices,
         )
         share = self._executor.submit(lambda: earth_share(gather, cells.result()))
+        lobes = pending.sky_lobes
 
         def values() -> _Values:
             exitance, sunlight = at_vertices.result()
@@ -317,7 +315,8 @@ class InterreflectionPass:
             if near is not None:
                 exitance = exitance + near.exitance
             more = None if sunlight is None else sunlight.vertices
-            irradiance, left = vertex_irradiance(gather, exitance, more), share.result().ravel()
+            irradiance = vertex_irradiance(gather, exitance, more, lobes.result())
+            left = share.result().ravel()
             if near is not None:
                 irradiance += near.at_rows
                 np.maximum(irradiance, 0.0, out=irradiance)
@@ -332,20 +331,24 @@ class InterreflectionPass:
     ) -> Future[_Values | VertexInputs]:
         """What a GPU makes the same values of."""
         transport, cells, at_vertices = pending.transport, pending.cells, pending.at_vertices
+        lobes = pending.sky_lobes
 
         def inputs() -> VertexInputs:
             exitance, sunlight = at_vertices.result()
             assert not isinstance(sunlight, GatheredSunlight)
             near = None
+            if (light := lobes.result()) is not None:
+                at_rows = np.take(light, transport.vertex_rows, axis=0)
+                near = at_rows, np.zeros(len(at_rows), dtype=np.float32)
             if from_near is not None:
                 others = from_near.result()
                 exitance = exitance + others.exitance
                 hidden = others.lost_share(transport.of_vertices, cells.result())
-                near = others.at_rows, hidden
+                near = others.at_rows if near is None else others.at_rows + near[0], hidden
             return VertexInputs(
                 transport=transport,
                 exitance=exitance,
-                cells=cells.result(),
+                sky=SkyOfVertices.of(transport, cells.result()),
                 sunlight=sunlight,
                 near=near,
             )

@@ -130,18 +130,18 @@ class MeshStore:
 
         It stays valid while it is among the last ``MANY`` and ``MAX_BYTES`` that were asked for.
         """
-        groups = _groups(posed)
-        key = posed.mesh.digest, groups.tobytes() if posed.joints else b""
         return self._geometries.get(
-            key, lambda: _geometry(self._ctx, posed.mesh, groups), posed.mesh.nbytes
+            _key(posed),
+            lambda: _geometry(self._ctx, posed.mesh, _groups(posed)),
+            posed.mesh.nbytes,
         )
 
     def tables(self, posed: PosedMesh) -> MeshTables:
         """The mesh as textures, the same for all poses; valid as long as ``geometry``."""
-        groups = _groups(posed)
-        key = posed.mesh.digest, groups.tobytes() if posed.joints else b""
         return self._tables.get(
-            key, lambda: _tables(self._ctx, posed.mesh, groups), posed.mesh.nbytes
+            _key(posed),
+            lambda: _tables(self._ctx, posed.mesh, _groups(posed)),
+            posed.mesh.nbytes,
         )
 
     def split(self, posed: PosedMesh, longest: float) -> SplitGeometry | None:
@@ -152,11 +152,9 @@ class MeshStore:
         longest = 2.0 ** float(np.floor(np.log2(longest)))
         if longest_edge(posed.mesh) <= longest:
             return None
-        groups = _groups(posed)
-        key = posed.mesh.digest, groups.tobytes() if posed.joints else b"", longest
         return self._split.get(
-            key,
-            lambda: self._split_geometry(split_mesh(posed.mesh, longest), posed, groups),
+            (*_key(posed), longest),
+            lambda: self._split_geometry(split_mesh(posed.mesh, longest), posed, _groups(posed)),
             posed.mesh.nbytes,
         )
 
@@ -210,6 +208,11 @@ class MeshStore:
         self._materials.clear()
         self._joints.clear()
         self._textures.release()
+
+
+def _key(posed: PosedMesh) -> tuple[str, bytes]:
+    """Equal for meshes that are uploaded alike."""
+    return posed.mesh.digest, _groups(posed).tobytes() if posed.joints else b""
 
 
 def _groups(posed: PosedMesh) -> IndexArray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -46,6 +46,15 @@ _SWEEP = Block(
 # Longest ways that are swept in one step, and in two [px]. Steps of two or more read between pixels
 # and widen edges along the motion by 0.2 square pixels each; one step of many places takes longer.
 _ONE_STEP, _TWO_STEPS = 8.9, 80.0
+# The longest way of what accelerates, along which it is swept pixel by pixel [px]. Each pixel of it
+# takes twice as long as of an even way, but each part more draws over the snapshot again.
+_UNEVEN = 12.0
+# The same where rows begin at times of their own [px].
+_LONGEST_UNEVEN = 160.0
+# Pixels that interpolation reads around a snapshot, and those of the last place in part.
+_MORE = 3
+# Number of the spare target that adds up parts.
+_TOTAL = 2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,41 +99,113 @@ class Sweep:
     share: float = 1.0
     edges: bool = False
 
-    def reach(self, part: float = 1.0) -> tuple[int, int]:
-        """How far it goes from where it is in a part of the exposure, along x and y [px]."""
-        x, y = (int(np.ceil(0.5 * part * way)) + 3 for way in self.paths.reach)
-        return x, y
-
     @property
     def area(self) -> Box:
         """Of the target, where it may go."""
-        x, y, width, height = grown(self.filled, self.reach(), self.size)
-        x0, y0 = max(x - self.margin[0], 0), max(y - self.margin[1], 0)
-        x1 = min(x + width - self.margin[0], self.target_size[0])
-        y1 = min(y + height - self.margin[1], self.target_size[1])
-        return x0, y0, max(x1 - x0, 0), max(y1 - y0, 0)
+        return self.area_of(self.span)
 
-    @cached_property
-    def uneven(self) -> bool:
-        """Whether what it shows accelerates."""
-        return self.paths.uneven
+    def area_of(self, span: Span) -> Box:
+        """The same at times of a part of the exposure."""
+        low, high = self.paths.box_of(span.first - span.moment, span.last - span.moment)
+        x, y, width, height = self.filled
+        if self.filled == (0, 0, *self.size):
+            return 0, 0, *self.target_size
+        start, extent = np.array([x, y]) - self.margin, np.array([width, height])
+        corner = np.floor(start + low).astype(int) - _MORE
+        end = np.ceil(start + extent + high).astype(int) + _MORE
+        (x0, y0), (x1, y1) = (np.clip(one, 0, self.target_size).tolist() for one in (corner, end))
+        return x0, y0, max(x1 - x0, 0), max(y1 - y0, 0)
 
     @property
     def fine(self) -> bool:
         """Whether places between pixels are told from four of them."""
         return self.edges and max(self.paths.reach) <= _ONE_STEP
 
+    @cached_property
+    def parts(self) -> tuple[SweepPart, ...]:
+        """Of the exposure, in each of which it moves evenly, or not far.
+
+        Where it accelerates it would have to be read pixel by pixel.
+        """
+        parts: list[SweepPart] = []
+        for one in self._divided(self.span):
+            if parts and parts[-1].uneven and one.uneven:
+                # Of a way that turns back just there, halves lie on each other.
+                both = self._part(replace(one.span, first=parts[-1].span.first))
+                if both.is_short:
+                    parts[-1] = both
+                    continue
+            parts.append(one)
+        return tuple(parts)
+
+    def _divided(self, span: Span) -> Iterator[SweepPart]:
+        one = self._part(span)
+        if one.is_short or not one.paths.uneven:
+            yield one
+            return
+        middle = 0.5 * (span.first + span.last)
+        yield from self._divided(replace(span, last=middle))
+        yield from self._divided(replace(span, first=middle))
+
+    def _part(self, span: Span) -> SweepPart:
+        # Each row that has its own time sees an exposure time of it, from its own start on.
+        if span.row_rate:
+            return SweepPart(span=span, paths=self.paths)
+        first, last = span.first - span.moment, span.last - span.moment
+        return SweepPart(span=span, paths=self.paths.within(first, last))
+
     @property
+    def read(self) -> Box:
+        """What is read of the snapshot."""
+        return self.read_by(self.parts[0]) if len(self.parts) == 1 else self._around(self.span)
+
+    def read_by(self, part: SweepPart, step: int = 0) -> Box:
+        """What a step reads of the snapshot, or of what the step before has made of it."""
+        if step == len(part.steps) - 1:
+            return self._around(part.span)
+        x, y = part.reach(step)
+        return grown(self.filled, (2 * x, 2 * y), self.size)
+
+    def _around(self, span: Span) -> Box:
+        low, high = self.paths.box_of(span.first - span.moment, span.last - span.moment)
+        x, y = (int(way) + 2 * _MORE for way in np.ceil(high - low).tolist())
+        return grown(self.filled, (x, y), self.size)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SweepPart:
+    """A part of an exposure that is swept by itself.
+
+    paths : from its middle on, in all of it
+    """
+
+    span: Span
+    paths: ImagePaths
+
+    @cached_property
+    def uneven(self) -> bool:
+        """Whether what it shows accelerates, and goes not too far to be swept pixel by pixel."""
+        return self.paths.uneven and max(self.paths.reach) <= _LONGEST_UNEVEN
+
+    @property
+    def is_short(self) -> bool:
+        """Whether it is swept as one though what it shows accelerates."""
+        return max(self.paths.reach) <= _UNEVEN or self.span.row_rate != 0.0
+
+    @cached_property
     def steps(self) -> tuple[int, ...]:
         """Places on either side of the middle in the first step, and the chunks of each further."""
         way = max(self.paths.reach)
         return (_places(way),) if self.uneven else _steps(way)
 
-    def read(self, step: int = 0) -> Box:
-        """What a step reads of the snapshot, or of what the step before has made of it."""
-        part = 1.0 / float(np.prod(self.steps[step + 1 :], dtype=np.float64))
-        x, y = self.reach(part)
-        return grown(self.filled, (2 * x, 2 * y), self.size)
+    def share(self, step: int) -> float:
+        """Of the part, over which a step sweeps."""
+        return 1.0 / float(np.prod(self.steps[step + 1 :], dtype=np.float64))
+
+    def reach(self, step: int) -> tuple[int, int]:
+        """How far a step goes from where it is, along x and y [px]."""
+        x, y = (int(np.ceil(0.5 * self.share(step) * way)) + _MORE for way in self.paths.reach)
+        return x, y
 
 
 def grown(box: Box, reach: tuple[int, int], size: tuple[int, int]) -> Box:
@@ -173,35 +254,65 @@ class SweepPass:
         state: State,
         spare: Spare,
     ) -> None:
-        steps = sweep.steps
-        ways = table_texture(self._ctx, sweep.paths.nodes)
-        _interpolate(ways)
-        part, seen = 1.0 / float(np.prod(steps[1:], dtype=np.float64)), snapshot
-        for number, count in enumerate(steps):
-            chunks = number > 0
-            if chunks:
-                part *= count
-            last = number == len(steps) - 1
+        if len(sweep.parts) == 1:
+            self._draw_part(sweep, sweep.parts[0], snapshot, target, state, spare)
+        elif state is self.lays:
+            # What is behind is hidden by all parts together.
+            summed = replace(sweep, margin=(0, 0), target_size=sweep.size, share=1.0)
+            total = spare(_TOTAL)
+            total.framebuffer.clear(viewport=summed.area)
+            self._add_parts(summed, snapshot, total.framebuffer, spare)
+            still = replace(sweep, paths=sweep.paths.still, filled=summed.area, edges=False)
+            self._draw_part(still, still.parts[0], total, target, state, spare)
+        else:
+            if state is self.fills:
+                target.clear(viewport=sweep.area)
+            self._add_parts(sweep, snapshot, target, spare)
+
+    def _add_parts(
+        self, sweep: Sweep, snapshot: ImageTarget, target: moderngl.Framebuffer, spare: Spare
+    ) -> None:
+        for part in sweep.parts:
+            self._draw_part(sweep, part, snapshot, target, self.adds, spare)
+
+    def _draw_part(
+        self,
+        sweep: Sweep,
+        part: SweepPart,
+        snapshot: ImageTarget,
+        target: moderngl.Framebuffer,
+        state: State,
+        spare: Spare,
+    ) -> None:
+        seen = snapshot
+        for step, count in enumerate(part.steps):
+            last = step == len(part.steps) - 1
             if last:
-                into, area, how, span = target, sweep.area, state, sweep
+                into, area, how = target, sweep.area_of(part.span), state
+                swept = replace(sweep, span=part.span)
             else:
-                # In a snapshot of its own, over a part of the exposure.
-                between = spare(number % 2)
-                between.framebuffer.clear(viewport=sweep.read(number + 1))
-                area = grown(sweep.filled, sweep.reach(part), sweep.size)
-                half = Span(first=-0.5 * part, last=0.5 * part)
-                span = replace(sweep, margin=(0, 0), span=half, share=1.0 / part)
+                # In a snapshot of its own, over a share of the part.
+                between = spare(step % 2)
+                between.framebuffer.clear(viewport=sweep.read_by(part, step + 1))
+                share = part.share(step)
+                half = Span(first=-0.5 * share, last=0.5 * share)
+                swept = replace(
+                    sweep, paths=part.paths, margin=(0, 0), span=half, share=1.0 / share
+                )
+                area = grown(sweep.filled, part.reach(step), sweep.size)
                 into, how = between.framebuffer, self.fills
             how.apply(self._ctx, into, (0, 0, *into.size), area)
             for texture in seen.textures:
                 _interpolate(texture)
             defines = ("COVERED",) * (len(seen.textures) > 1) + ("OVER",) * (how is self.lays)
-            defines += ("FINE",) * sweep.fine + ("UNEVEN",) * sweep.uneven + ("CHUNKS",) * chunks
+            defines += ("FINE",) * sweep.fine + ("UNEVEN",) * part.uneven + ("CHUNKS",) * (step > 0)
+            ways = table_texture(self._ctx, swept.paths.nodes)
+            _interpolate(ways)
             program = self._program_for(defines)
-            program.draw(_values(span, count), [seen.textures[0], ways, *seen.textures[1:]])
+            program.draw(_values(swept, count), [seen.textures[0], ways, *seen.textures[1:]])
+            ways.release()
             if not last:
                 seen = between
-        ways.release()
 
     def _program_for(self, defines: tuple[str, ...]) -> FullscreenProgram:
         if defines not in self._programs:

@@ -20,7 +20,8 @@ from simgl.gpu.render_targets import textures_of
 from simgl.gpu.screen_shader import ScreenShader
 from simgl.gpu.uniform_blocks import Block, UniformBuffer
 from simgl.passes.shading_points import CELL_GROUPS, ShadingPoints
-from simgl.passes.shared_blocks import TILE, tile_values
+from simgl.passes.shared_blocks import TILE
+from simgl.passes.view_blocks import ViewBlocks
 from simgl.sample_grid import MAX_SAMPLES, rotated_sample_grid
 from simgl.view.raster_tiles import RasterTile
 
@@ -82,9 +83,8 @@ class ResolvePass:
     adds = State(blend=(moderngl.ONE, moderngl.ONE))
 
     @all_or_nothing
-    def __init__(self, ctx: moderngl.Context) -> None:
-        self._ctx = ctx
-        self._tile = UniformBuffer(ctx, TILE)
+    def __init__(self, ctx: moderngl.Context, blocks: ViewBlocks) -> None:
+        self._ctx, self._blocks = ctx, blocks
         self._block = UniformBuffer(ctx, _RESOLVE)
         self._programs: dict[tuple[str, ...], Screen | ComputeScreen] = {}
 
@@ -129,8 +129,7 @@ class ResolvePass:
         if lens is not None:
             textures["places"] = lens.places
             defines.append("DISTORTED")
-        self._tile.write(tile_values(tile, tile.slices[0]))
-        self._tile.bind()
+        self._blocks.bind_tile(tile)
         self._block.bind()
         for unit, texture in enumerate(textures.values()):
             texture.use(unit)
@@ -156,7 +155,6 @@ class ResolvePass:
         for program in self._programs.values():
             program.release()
         self._programs.clear()
-        self._tile.release()
         self._block.release()
 
 

@@ -14,6 +14,7 @@ from simgl.gpu.fullscreen import Screen, screen
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.screen_shader import ScreenShader
 from simgl.gpu.uniform_blocks import Block
+from simgl.passes.even_squares import DARK, LIT, PARTLY_LIT, UNEVEN, EvenSquares
 from simgl.passes.shared_blocks import JOINT_RATES, JOINTS, LAMPS, MATERIALS, TILE
 
 # As in shaders/gbuffer/paging.glsl: groups of a cell that have a shading point each, cells along
@@ -43,42 +44,75 @@ def gbuffer_units(*channels: str) -> dict[str, int]:
     return {f"gbuffer_{name}": GBUFFER.index(name) for name in channels}
 
 
-def page_table(counts: AnyArray, wide: Mask | None = None) -> tuple[AnyArray, AnyArray]:
+def page_table(
+    counts: AnyArray, even: AnyArray | None = None
+) -> tuple[AnyArray, AnyArray, tuple[int, int, int]]:
     """Which pages there are, by how many each block of cells takes.
 
     counts : (rows, columns) of the blocks
-    wide : (rows // 2, columns // 2) of squares of 2 x 2 blocks, those that have one page together
-    returns : (rows of squares, ENTRIES) uint32, the entry of each page, 0 behind the last; (rows,
-        columns) uint32, the first page of each block. Both have a bit that tells of wide pages.
+    even : (rows // 2, columns // 2) of squares of 2 x 2 blocks, ``UNEVEN`` and so on: each of the
+        others has one page
+    returns : (rows of squares, ENTRIES) uint32, the entry of each page, 0 where there is none;
+        (rows, columns) uint32, the first page of each block. Both have a bit that tells of wide
+        pages. Of lit, dark and partly lit squares how many rows of squares their pages fill, each
+        kind from a new row on; those of blocks follow.
     """
-    if wide is not None:
-        counts = counts.copy()
-        for place, of_square in enumerate(blocks_of_squares(counts)):
-            of_square[wide] = place == 0
+    counts = counts.copy()
+    wide_entries, wide_first, rows_of = _wide_pages(even)
+    if even is not None:
+        for of_square in blocks_of_squares(counts):
+            of_square[even != UNEVEN] = 0
     # A sum that widens its numbers by itself takes five times as long.
     flat = counts.ravel().astype(np.uint32)
     first = np.cumsum(flat, dtype=np.uint32)
-    total = int(first[-1])
+    total, before = int(first[-1]), wide_entries.size
+    first += np.uint32(before)
     first -= flat
-    entries = np.zeros((max(1, -(-total // ENTRIES)), ENTRIES), dtype=np.uint32)
-    rows, columns = (np.arange(n, dtype=np.uint32) for n in counts.shape)
+    rows = len(wide_entries) + -(-total // ENTRIES)
+    entries = np.zeros((max(1, rows), ENTRIES), dtype=np.uint32)
+    entries[: len(wide_entries)] = wide_entries
+    block_rows, block_columns = (np.arange(n, dtype=np.uint32) for n in counts.shape)
     # What is the same for all pages of a block: the layer counts on from there. In 32 bits, which
     # what is taken away and added again may leave.
-    of_block = _PRESENT | rows[:, None] << _ROW_BIT | columns
-    if wide is not None:
-        blocks_of_squares(of_block)[0][wide] |= _WIDE
-    of_block = of_block.ravel()
+    of_block = (_PRESENT | block_rows[:, None] << _ROW_BIT | block_columns).ravel()
     of_block -= first << _LAYER_BIT
-    number = np.arange(total, dtype=np.uint32)
+    number = np.arange(before, before + total, dtype=np.uint32)
     number <<= _LAYER_BIT
-    np.add(np.repeat(of_block, flat), number, out=entries.reshape(-1)[:total])
+    np.add(np.repeat(of_block, flat), number, out=entries.reshape(-1)[before : before + total])
     first = first.reshape(counts.shape)
-    if wide is not None:
-        firsts = blocks_of_squares(first)
-        page = firsts[0][wide] | _WIDE
-        for of_square in firsts:
-            of_square[wide] = page
-    return entries, first
+    if even is not None:
+        for of_square in blocks_of_squares(first):
+            np.copyto(of_square, wide_first, where=even != UNEVEN)
+    return entries, first, rows_of
+
+
+def _wide_pages(even: AnyArray | None) -> tuple[AnyArray, AnyArray, tuple[int, int, int]]:
+    """(rows of squares, ENTRIES) entries of wide pages, the page of each square and rows of squares
+    by kind, as ``page_table`` gives them."""
+    if even is None:
+        even = np.zeros((0, 0), dtype=np.uint8)
+    first = np.zeros(even.shape, dtype=np.uint32)
+    places = [np.nonzero(even == kind) for kind in (LIT, DARK, PARTLY_LIT)]
+    lit, dark, partly = (-(-len(row) // ENTRIES) for row, _ in places)
+    entries = np.zeros((lit + dark + partly, ENTRIES), dtype=np.uint32)
+    for before, (row, column) in zip((0, lit, lit + dark), places, strict=True):
+        page = before * ENTRIES + np.arange(len(row))
+        entries.reshape(-1)[page] = _PRESENT | _WIDE | 2 * row << _ROW_BIT | 2 * column
+        first[row, column] = page | _WIDE
+    return entries, first, (lit, dark, partly)
+
+
+def at_pages(values: AnyArray) -> AnyArray:
+    """(4 * rows, COLUMNS, bands) of the points of pages one after the other, where they lie in the
+    textures; zeros behind the last.
+
+    values : (pages, 4, bands), row by row within a page
+    """
+    rows, bands = -(-len(values) // ENTRIES), values.shape[2]
+    pages = np.zeros((rows * ENTRIES, 4, bands), dtype=values.dtype)
+    pages[: len(values)] = values
+    squares = pages.reshape(rows, _SQUARES, 2, 2, 2, 2, bands)
+    return squares.transpose(0, 2, 4, 1, 3, 5, 6).reshape(4 * rows, COLUMNS, bands)
 
 
 def blocks_of_squares(values: AnyArray) -> list[AnyArray]:
@@ -107,11 +141,16 @@ def listed_points(masks: AnyArray, results: AnyArray, before: int = 0) -> AnyArr
     listed = masks.ravel()[pages]
     count = _BITS[listed]
     ends = np.cumsum(count, dtype=np.uint32)
-    total = int(ends[-1]) if len(ends) else 0
     results.reshape(-1)[pages] = (ends - count + np.uint32(before)) << 4 | listed
-    padded = np.full(-(-total // (_EDGE * COLUMNS)) * _EDGE * COLUMNS, UNLISTED, dtype=np.uint32)
     corners = np.broadcast_to(_STEP, (len(pages), 4))[_SET[listed]]
-    padded[:total] = np.repeat(_texels_of_pages(pages.astype(np.uint32)), count) + corners
+    return in_squares(np.repeat(_texels_of_pages(pages.astype(np.uint32)), count) + corners)
+
+
+def in_squares(points: AnyArray) -> AnyArray:
+    """(rows, COLUMNS) uint32, square by square, of (n,) points one after the other."""
+    total = len(points)
+    padded = np.full(-(-total // (_EDGE * COLUMNS)) * _EDGE * COLUMNS, UNLISTED, dtype=np.uint32)
+    padded[:total] = points
     squares = padded.reshape(-1, COLUMNS // _EDGE, _EDGE, _EDGE)
     return squares.swapaxes(1, 2).reshape(-1, COLUMNS)
 
@@ -134,6 +173,8 @@ class ShadingPoints:
     entries : (rows of squares, ENTRIES) of ``page_table``
     bare : (rows, columns) of the blocks of cells, whether a sample there sees nothing
     wide_pages : whether some pages may be wide
+    wide_rows : of lit, dark and partly lit squares how many rows of ``entries`` their pages fill
+    partly_lit : of ``EvenSquares``, in the order of their pages
     of_one : whether all are looked up for one spacecraft, and none is read on the CPU
     page_entries, block_pages : R32UI, the same, and the first page of each block
     textures : in the order of the targets of shaders/gbuffer/gbuffer.frag, RGBA32F
@@ -151,6 +192,8 @@ class ShadingPoints:
     entries: AnyArray
     bare: Mask
     wide_pages: bool
+    wide_rows: tuple[int, int, int]
+    partly_lit: AnyArray
     of_one: bool
     page_entries: moderngl.Texture
     block_pages: moderngl.Texture
@@ -159,6 +202,11 @@ class ShadingPoints:
     depth: moderngl.Renderbuffer
     depths: moderngl.Texture | None
     edges: moderngl.Framebuffer | None
+
+    @property
+    def known_rows(self) -> int:
+        """Of ``entries``: what share of the sunlight their points get is known from the start."""
+        return sum(self.wide_rows)
 
     @property
     def size(self) -> tuple[int, int]:
@@ -185,9 +233,9 @@ class ShadingPoints:
         self.page_entries.use(PAGE_ENTRIES["page_entries"])
 
 
-# From what is looked up of squares of 4 x 4 cells, in the order of ``GBUFFER``, and their columns
-# and rows: (rows, columns), over which of them light is smooth.
-EvenLight = Callable[[Sequence[moderngl.Texture], tuple[int, int]], Mask]
+# From what is looked up of squares of 4 x 4 cells, in the order of ``GBUFFER``, and (rows,
+# columns), whether each shows one triangle: over which of these light is smooth.
+EvenLight = Callable[[Sequence[moderngl.Texture], Mask], EvenSquares]
 
 
 def blocks_of(cells: tuple[int, int]) -> tuple[int, int]:
@@ -206,9 +254,15 @@ _ALL, _PLAIN, _LAYERED = (
 )
 
 
-def draw_marked(target: moderngl.Framebuffer, points: ShadingPoints, screen: PointScreen) -> None:
-    """Draw all points of the spacecraft that was looked up last, with a screen at ``OTHERS``."""
-    screen.draw(_ALL, target, (0, 0, *points.size), points.depths)
+def draw_marked(
+    target: moderngl.Framebuffer, points: ShadingPoints, screen: PointScreen, first_row: int = 0
+) -> None:
+    """Draw all points of the spacecraft that was looked up last, with a screen at ``OTHERS``.
+
+    first_row : of the textures; none before it is drawn
+    """
+    columns, rows = points.size
+    screen.draw(_ALL, target, (0, first_row, columns, rows - first_row), points.depths)
 
 
 def draw_by_material(

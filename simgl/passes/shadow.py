@@ -27,6 +27,8 @@ MAX_BYTES = 640 << 20
 _UNUSED_BYTES = MAX_BYTES // 4
 # More cameras than this seldom share a state: maps that were asked for more often outlast it.
 _LASTING = 4
+# Views whose maps ahead are known.
+_MAPS_AHEAD = 8
 # Columns beside the maps, whose edges are powers of two: without them all rows of a texture would
 # share a few lines of a processor's cache, and drive each other out of it. So a row of depths, and
 # one of slabs, is an odd number of lines of 64 bytes.
@@ -83,6 +85,8 @@ class ShadowPass:
         self._atlases = LruCache[bytes, _ShadowAtlas](
             MANY, self._unused.append, max_bytes=MAX_BYTES
         )
+        # Maps ahead, by those that are drawn and by their direction.
+        self._ahead = LruCache[tuple[bytes, bytes], tuple[ShadowMap, ...]](_MAPS_AHEAD)
         self._casts = 0
 
     def cast(self, views: Sequence[ShadowView]) -> list[tuple[moderngl.Texture, ...]]:
@@ -133,7 +137,8 @@ class ShadowPass:
         for view in views:
             current = self._atlas(view.maps)
             if current.uses > _LASTING:
-                maps = view.ahead()
+                # While the maps last, so do those ahead; if not, a frame draws what it lacks.
+                maps = self._ahead.get((current.key, view.ahead_of), view.ahead)
                 self._set_one_free(maps, current)
                 atlas = self._atlas(maps)
                 if atlas.uses == 0:

@@ -8,7 +8,7 @@ from functools import partial
 import moderngl
 import numpy as np
 
-from simgl.arrays import AnyArray, Mask
+from simgl.arrays import AnyArray, Array32, IndexArray, Mask
 from simgl.gpu.compute_screen import ComputeScreen
 from simgl.gpu.context import wait_for_draws
 from simgl.gpu.fullscreen import screen
@@ -16,8 +16,13 @@ from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.render_targets import Format, GrowingTarget, textures_of
 from simgl.gpu.screen_shader import ScreenShader
-from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.passes.drawn_spacecraft import DrawnSpacecraft
+from simgl.passes.even_squares import (
+    PARTLY_LIT,
+    EvenSquares,
+    with_shares,
+    without_penumbras,
+)
 from simgl.passes.shading_points import (
     COLUMNS,
     ENTRIES,
@@ -27,19 +32,16 @@ from simgl.passes.shading_points import (
     EvenLight,
     PointScreen,
     ShadingPoints,
+    at_pages,
     draw_marked,
     gbuffer_units,
+    in_list_order,
+    in_squares,
     listed_points,
     point_shader,
 )
-from simgl.passes.shared_blocks import (
-    SHADOW,
-    SPACECRAFT,
-    TILE,
-    shadow_values,
-    spacecraft_values,
-    tile_values,
-)
+from simgl.passes.shared_blocks import SHADOW, SPACECRAFT, TILE
+from simgl.passes.view_blocks import ViewBlocks
 from simgl.view.raster_tiles import RasterTile
 from simgl.view.spacecraft_view import SpacecraftView
 
@@ -69,8 +71,8 @@ class SunlightPass:
     colour_only = State()
 
     @all_or_nothing
-    def __init__(self, ctx: moderngl.Context) -> None:
-        self._ctx = ctx
+    def __init__(self, ctx: moderngl.Context, blocks: ViewBlocks) -> None:
+        self._ctx, self._blocks = ctx, blocks
         depths, behind, tops, planes, slabs, slopes = (
             {name: unit} for name, unit in _SHADOW_UNITS.items()
         )
@@ -81,6 +83,7 @@ class SunlightPass:
         if not self._in_place:
             second |= {"searched_points": _POINTS_UNIT}
         searched = second | PAGE_ENTRIES
+        of_squares = _GBUFFER_UNITS | tops | {"searched_points": _POINTS_UNIT}
         # By the way in which it is drawn.
         self._samplers = {
             (): grouped | depths | tops,
@@ -89,6 +92,8 @@ class SunlightPass:
             ("OF_SQUARES",): _GBUFFER_UNITS | tops,
             ("SEARCH",): searched | depths | behind,
             ("SEARCH", "SLABS"): searched | slabs | behind,
+            ("SEARCH", "OF_SQUARES"): of_squares | depths | behind,
+            ("SEARCH", "SLABS", "OF_SQUARES"): of_squares | slabs | behind,
             ("NEIGHBOURS",): second | depths,
         }
         self._slopes = slopes
@@ -96,9 +101,6 @@ class SunlightPass:
         self._screens: dict[tuple[str, ...], PointScreen] = {}
         for way in (), ("SEARCH",):
             self._screen_for(way, ())
-        self._tile = UniformBuffer(ctx, TILE)
-        self._spacecraft = UniformBuffer(ctx, SPACECRAFT)
-        self._shadow = UniformBuffer(ctx, SHADOW)
         self._sunlight = GrowingTarget(ctx, [[0]])
         self._results = GrowingTarget(ctx, [[0]])
         self._masks = GrowingTarget(ctx, [[0]], Format("u1"))
@@ -107,13 +109,13 @@ class SunlightPass:
         self._pages = GrowingTarget(ctx, [[0]], Format("u4", 2))
 
     def _screen_for(self, way: tuple[str, ...], variant: tuple[str, ...]) -> PointScreen:
-        if {"SEARCH", "NEIGHBOURS"} & set(way):
+        if {"SEARCH", "NEIGHBOURS"} & set(way) and "OF_SQUARES" not in way:
             variant = *variant, *self._in_place
         defines = *way, *variant
         if defines not in self._screens:
             blocks = [TILE, SPACECRAFT, SHADOW]
             samplers = self._samplers[way]
-            if "SHEETS" in variant and not {"PLANES", "OF_SQUARES"} & set(way):
+            if "SHEETS" in variant and ("SEARCH" in way or not {"PLANES", "OF_SQUARES"} & set(way)):
                 samplers = samplers | self._slopes
             self._screens[defines] = point_shader(
                 self._ctx,
@@ -129,8 +131,8 @@ class SunlightPass:
         self, tile: RasterTile, spacecraft: Sequence[DrawnSpacecraft]
     ) -> EvenLight | None:
         """Tells where light is smooth on the only spacecraft of a tile that no lamp lights: where
-        all sunlight is known to arrive, or none. None for several, without sunlight, and for one
-        that has images, moves, or is lit by rays.
+        all sunlight arrives, or none, or in a wide penumbra. None for several, without sunlight,
+        and for one that has images, moves, or is lit by rays.
         """
         drawn, view = spacecraft[0], spacecraft[0].view
         by_rays = drawn.lit_bodies or drawn.mirrored
@@ -144,14 +146,35 @@ class SunlightPass:
         tile: RasterTile,
         drawn: DrawnSpacecraft,
         squares: Sequence[moderngl.Texture],
-        size: tuple[int, int],
-    ) -> Mask:
+        asked: Mask,
+    ) -> EvenSquares:
+        size = asked.shape[1], asked.shape[0]
         (target,) = self._even_squares.covering(size)
         self._bind(tile, squares, drawn)
-        way = ("PLANES", "OF_SQUARES") if drawn.view.shadow.close is not None else ("OF_SQUARES",)
-        screen = self._screen_for(way, _variant(drawn.view))
-        screen.draw(self.colour_only, target, (0, 0, *size))
-        return self._bytes(target, size) != 0
+        variant = _variant(drawn.view)
+        close = drawn.view.shadow.close is not None
+        first = (*("PLANES",) * close, "OF_SQUARES")
+        self._screen_for(first, variant).draw(self.colour_only, target, (0, 0, *size))
+        kinds = self._bytes(target, (0, 0, *size)) * asked
+        row, column = np.nonzero(kinds == PARTLY_LIT)
+        if not len(row):
+            return without_penumbras(kinds)
+        search = ("SEARCH", *("SLABS",) * close, "OF_SQUARES")
+        return with_shares(kinds, self._at_points(row, column, self._screen_for(search, variant)))
+
+    def _at_points(self, row: IndexArray, column: IndexArray, search: PointScreen) -> Array32:
+        """(n, 4, 4) shares of the sunlight per band at the four points of squares, row by row;
+        negative where they are not linear between these."""
+        points = (row << 16 | column << 2)[:, None] + np.arange(4)
+        listed = in_squares(points.ravel())
+        self._points.written(listed).use(_POINTS_UNIT)
+        area = (0, 0, COLUMNS, len(listed))
+        (results,) = self._results.covering(area[2:])
+        search.draw(self.colour_only, results, area)
+        wait_for_draws(self._ctx)
+        data = results.read(viewport=area, components=4, dtype="f4")
+        values = np.frombuffer(data, dtype=np.float32).reshape(-1, COLUMNS, 4)
+        return in_list_order(values)[: points.size].reshape(-1, 4, 4)
 
     def draw(
         self, tile: RasterTile, points: ShadingPoints, drawn: DrawnSpacecraft
@@ -167,6 +190,9 @@ class SunlightPass:
         (shares,) = textures_of(sunlight)
         self.colour_only.apply(self._ctx, sunlight, area, area)
         sunlight.clear(viewport=area)
+        lit, known = 4 * points.wide_rows[0], 4 * points.known_rows
+        if lit:
+            sunlight.clear(1.0, 1.0, 1.0, 1.0, viewport=(0, 0, COLUMNS, lit))
         if drawn.view.sun_irradiance.any():
             self._bind(tile, points.textures, drawn)
             points.bind()
@@ -176,7 +202,7 @@ class SunlightPass:
             close = drawn.view.shadow.close is not None
             first = ("PLANES",) if close else ()
             search = ("SEARCH", "SLABS") if close else ("SEARCH",)
-            draw_marked(sunlight, points, self._screen_for(first, variant))
+            draw_marked(sunlight, points, self._screen_for(first, variant), known)
             shares.use(_FIRST["sunlight"])
             self._look_for_the_rest(points, search, variant)
         (results,), (pages,) = self._results.covering((1, 1)), self._pages.covering((1, 1))
@@ -185,11 +211,9 @@ class SunlightPass:
     def _bind(
         self, tile: RasterTile, gbuffer: Sequence[moderngl.Texture], drawn: DrawnSpacecraft
     ) -> None:
-        for block in (self._tile, self._spacecraft, self._shadow):
-            block.bind()
-        self._tile.write(tile_values(tile, tile.slices[0]))
-        self._spacecraft.write(spacecraft_values(drawn.view))
-        self._shadow.write(shadow_values(drawn.view, tile.sample_grid))
+        self._blocks.bind_tile(tile)
+        self._blocks.bind_spacecraft(drawn)
+        self._blocks.bind_shadow(drawn.view, tile.sample_grid)
         for unit, texture in zip(_GBUFFER_UNITS.values(), gbuffer, strict=False):
             texture.use(unit)
         for unit, texture in zip(_SHADOW_UNITS.values(), drawn.shadow_maps, strict=True):
@@ -202,15 +226,26 @@ class SunlightPass:
         if not self._in_place:
             self._draw_listed(points, search, variant)
             return
+        self._lay_partly_lit(points)
         (sunlight,) = self._sunlight.covering(points.size, points.depth)
         for way in search, ("NEIGHBOURS",):
-            draw_marked(sunlight, points, self._screen_for(way, variant))
+            draw_marked(sunlight, points, self._screen_for(way, variant), 4 * points.known_rows)
+
+    def _lay_partly_lit(self, points: ShadingPoints) -> None:
+        """What is known of partly lit squares."""
+        lit, dark, partly = points.wide_rows
+        if partly:
+            (sunlight,) = self._sunlight.covering(points.size, points.depth)
+            area = (0, 4 * (lit + dark), COLUMNS, 4 * partly)
+            textures_of(sunlight)[0].write(at_pages(points.partly_lit).data, viewport=area)
 
     def _draw_listed(
         self, points: ShadingPoints, search: tuple[str, ...], variant: tuple[str, ...]
     ) -> None:
         """Draw one beside the other those to search, and below them those near casters."""
         masks = self._unknown_points(points)
+        # No draw is left that it would wait for.
+        self._lay_partly_lit(points)
         if not masks.any():
             return
         pages = np.zeros((*masks.shape, 2), dtype=np.uint32)
@@ -229,23 +264,24 @@ class SunlightPass:
     def _unknown_points(self, points: ShadingPoints) -> AnyArray:
         """(rows of squares, ENTRIES) uint8: of each page the points to search, and from bit 4 on
         those near casters, as ``listed_points`` takes them."""
-        size = ENTRIES, len(points.entries)
-        (masks,) = self._masks.covering(size)
-        self._unknown.draw(self.colour_only, masks, (0, 0, *size))
-        return self._bytes(masks, size)
+        known, rows = points.known_rows, len(points.entries)
+        masks = np.zeros((rows, ENTRIES), dtype=np.uint8)
+        (target,) = self._masks.covering((ENTRIES, rows))
+        area = (0, known, ENTRIES, rows - known)
+        self._unknown.draw(self.colour_only, target, area)
+        masks[known:] = self._bytes(target, area)
+        return masks
 
-    def _bytes(self, target: moderngl.Framebuffer, size: tuple[int, int]) -> AnyArray:
+    def _bytes(self, target: moderngl.Framebuffer, area: tuple[int, int, int, int]) -> AnyArray:
         wait_for_draws(self._ctx)
-        data = target.read(viewport=(0, 0, *size), components=1, alignment=1, dtype="u1")
-        return np.frombuffer(data, dtype=np.uint8).reshape(size[::-1])
+        data = target.read(viewport=area, components=1, alignment=1, dtype="u1")
+        return np.frombuffer(data, dtype=np.uint8).reshape(area[:1:-1])
 
     def release(self) -> None:
         """Free everything."""
         targets = self._sunlight, self._results, self._masks, self._points, self._pages
         for target in (*targets, self._even_squares):
             target.release()
-        for buffer in (self._tile, self._spacecraft, self._shadow):
-            buffer.release()
         for drawn in (self._unknown, *self._screens.values()):
             drawn.release()
 

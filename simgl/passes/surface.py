@@ -29,9 +29,8 @@ from simgl.passes.shared_blocks import (
     SPACECRAFT,
     TILE,
     lamp_values,
-    spacecraft_values,
-    tile_values,
 )
+from simgl.passes.view_blocks import ViewBlocks
 from simgl.view.lamp_views import LampView
 from simgl.view.raster_tiles import RasterTile
 
@@ -65,12 +64,10 @@ class SurfacePass:
     """Lights the shading points of a spacecraft."""
 
     @all_or_nothing
-    def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
-        self._ctx, self._meshes = ctx, meshes
+    def __init__(self, ctx: moderngl.Context, meshes: MeshStore, blocks: ViewBlocks) -> None:
+        self._ctx, self._meshes, self._blocks = ctx, meshes, blocks
         self._lobes = lobe_texture(ctx)
         self._lit: dict[tuple[str, ...], PointScreen] = {}
-        self._tile = UniformBuffer(ctx, TILE)
-        self._spacecraft = UniformBuffer(ctx, SPACECRAFT)
         self._lamps = UniformBuffer(ctx, LAMPS)
         # By the number of radiances, whole or by light.
         self._targets = {n: GrowingTarget(ctx, [range(n)]) for n in (1, len(LIGHTS))}
@@ -129,12 +126,12 @@ class SurfacePass:
         return textures_of(target)
 
     def _write(self, tile: RasterTile, drawn: DrawnSpacecraft, lamps: Sequence[LampView]) -> None:
-        for block in (self._tile, self._spacecraft, self._lamps):
-            block.bind()
-        self._tile.write(tile_values(tile, tile.slices[0]))
-        self._lamps.write(lamp_values(lamps))
+        self._blocks.bind_tile(tile)
+        self._blocks.bind_spacecraft(drawn)
+        if lamps:
+            self._lamps.write(lamp_values(lamps))
+            self._lamps.bind()
         model = drawn.view.model
-        self._spacecraft.write(spacecraft_values(drawn.view, drawn.air))
         self._meshes.bind_materials(model)
         if "JOINTED" in model.variant:
             self._meshes.bind_joints(model, model.posed_mesh)
@@ -170,8 +167,7 @@ class SurfacePass:
         """Free everything."""
         for target in self._targets.values():
             target.release()
-        for buffer in (self._tile, self._spacecraft, self._lamps):
-            buffer.release()
+        self._lamps.release()
         self._lobes.release()
         for screen in self._lit.values():
             screen.release()

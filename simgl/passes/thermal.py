@@ -9,7 +9,6 @@ from simgl.arrays import Array32
 from simgl.gpu.mesh_tables import table
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.render_targets import GrowingTarget, textures_of
-from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.passes.drawn_spacecraft import DrawnSpacecraft
 from simgl.passes.mesh_store import VertexLighting
 from simgl.passes.shading_points import (
@@ -20,7 +19,8 @@ from simgl.passes.shading_points import (
     gbuffer_units,
     point_shader,
 )
-from simgl.passes.shared_blocks import SPACECRAFT, spacecraft_values
+from simgl.passes.shared_blocks import SPACECRAFT
+from simgl.passes.view_blocks import ViewBlocks
 from simgl.thermal.thermal_view import ThermalLight
 
 _PLANCK_UNIT = 8
@@ -34,14 +34,13 @@ class ThermalPass:
     """
 
     @all_or_nothing
-    def __init__(self, ctx: moderngl.Context) -> None:
-        self._ctx = ctx
+    def __init__(self, ctx: moderngl.Context, blocks: ViewBlocks) -> None:
+        self._ctx, self._blocks = ctx, blocks
         channels = gbuffer_units("position", "normal_roughness", "indirect")
         samplers = channels | {"planck": _PLANCK_UNIT}
         self._screen: PointScreen = point_shader(
             ctx, "thermal/thermal", OTHERS, [SPACECRAFT], samplers
         )
-        self._spacecraft = UniformBuffer(ctx, SPACECRAFT)
         self._target = GrowingTarget(ctx, [[0]])
         self._tables: list[moderngl.Texture] = []
 
@@ -70,8 +69,7 @@ class ThermalPass:
         points : those of this spacecraft have been looked up last
         """
         (target,) = self._target.covering(points.size, points.depth)
-        self._spacecraft.write(spacecraft_values(drawn.view))
-        self._spacecraft.bind()
+        self._blocks.bind_spacecraft(drawn)
         for unit, texture in enumerate(points.textures):
             texture.use(unit)
         planck.use(_PLANCK_UNIT)
@@ -91,5 +89,4 @@ class ThermalPass:
         """Free everything."""
         self._forget()
         self._screen.release()
-        self._spacecraft.release()
         self._target.release()

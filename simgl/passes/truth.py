@@ -6,10 +6,10 @@ import moderngl
 
 from simgl.gpu.pipeline_state import State, clear_depth
 from simgl.gpu.release import all_or_nothing
-from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.passes.mesh_store import MeshStore
 from simgl.passes.outline_program import OutlineProgram
-from simgl.passes.shared_blocks import SPACECRAFT, TILE, spacecraft_values, tile_values
+from simgl.passes.shared_blocks import SPACECRAFT, TILE
+from simgl.passes.view_blocks import ViewBlocks
 from simgl.view.raster_tiles import RasterTile
 
 # Attachments of a target that wants normals too.
@@ -23,14 +23,12 @@ class TruthPass:
     state = State(depth=True)
 
     @all_or_nothing
-    def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
-        self._ctx = ctx
+    def __init__(self, ctx: moderngl.Context, meshes: MeshStore, blocks: ViewBlocks) -> None:
+        self._ctx, self._blocks = ctx, blocks
         self._plain = OutlineProgram(ctx, meshes, "truth/truth", [TILE, SPACECRAFT])
         self._with_normals = OutlineProgram(
             ctx, meshes, "truth/truth", [TILE, SPACECRAFT], defines={"NORMALS": 1}
         )
-        self._tile = UniformBuffer(ctx, TILE)
-        self._spacecraft = UniformBuffer(ctx, SPACECRAFT)
 
     def draw(self, tile: RasterTile | None, target: moderngl.Framebuffer) -> None:
         """Fill a target of R32F, R32UI and, if wanted, RGBA32F attachments with depth; None draws
@@ -42,18 +40,16 @@ class TruthPass:
         target.clear(0.0, 0.0, 0.0, 0.0, depth=1.0)
         if tile is None:
             return
-        self._tile.bind()
-        self._spacecraft.bind()
-        for index, clip_from_camera in enumerate(tile.slices):
+        for index in range(len(tile.slices)):
             if index:
                 clear_depth(self._ctx, target)
             self.state.apply(self._ctx, target, viewport)
-            self._tile.write(tile_values(tile, clip_from_camera))
+            self._blocks.bind_tile(tile, index)
             for view in tile.spacecraft:
-                self._spacecraft.write(spacecraft_values(view))
+                self._blocks.bind_view(view)
                 program.draw(view.model)
 
     def release(self) -> None:
         """Free everything."""
-        for resource in (self._tile, self._spacecraft, self._plain, self._with_normals):
+        for resource in (self._plain, self._with_normals):
             resource.release()

@@ -30,11 +30,33 @@ _MAX_BYTES = 512 << 20
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class SkyOfVertices:
+    """The sky as the vertices of a body see it.
+
+    cells : (c,) radiance as the transport knows it, mean of the bands
+    per_free : (b,) 1 over what comes of it where no surface hides any
+    """
+
+    cells: Array32
+    per_free: Array32
+
+    @classmethod
+    def of(cls, transport: LightTransport, cells: Array32 | None) -> SkyOfVertices | None:
+        """Of cells (c, 4); in any thread."""
+        if cells is None:
+            return None
+        mean = cells.mean(axis=1)
+        # Not by BLAS: its threads keep the cores busy while they wait for the next product.
+        free = np.einsum("bc,c->b", transport.of_vertices.all_sky, mean)
+        return cls(cells=mean, per_free=np.float32(1.0) / np.maximum(free, np.float32(1e-30)))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class VertexInputs:
     """What the light at the vertices of a body is made of.
 
     exitance : (p, 4) of its patches, but for what is in the tables of sunlight [W m-2]
-    cells : (c, 4) radiance of the sky as the transport knows it; None for a dark sky
+    sky : None for a dark one
     sunlight : None without a Sun
     near : (r, 4) irradiance by other spacecraft [W m-2], and (r,) the share of the sky that they
         hide; None where they have no part in it
@@ -42,7 +64,7 @@ class VertexInputs:
 
     transport: LightTransport
     exitance: Array32
-    cells: Array32 | None
+    sky: SkyOfVertices | None
     sunlight: UnsummedSunlight | None
     near: tuple[Array32, Array32] | None
 
@@ -154,17 +176,13 @@ class VertexSums:
         return light, left
 
     def _sky_share(self, of_body: _Gathering, inputs: VertexInputs) -> moderngl.Buffer:
-        if inputs.cells is None:
+        if inputs.sky is None:
             return of_body.no_sky
-        bands = inputs.cells.mean(axis=1)
-        # Not by BLAS: its threads keep the cores busy while they wait for the next product.
-        free = np.einsum("bc,c->b", inputs.transport.of_vertices.all_sky, bands)
-        per_free = np.float32(1.0) / np.maximum(free, np.float32(1e-30))
         share = self._reserved("share", 4 * of_body.points)
         buffers = (
             *of_body.sky,
-            self._written("cells", bands),
-            self._written("free", per_free),
+            self._written("cells", inputs.sky.cells),
+            self._written("free", inputs.sky.per_free),
             of_body.sky_row,
             of_body.complement,
             share,

@@ -13,17 +13,11 @@ from simgl.gpu.mesh_tables import table
 from simgl.gpu.pipeline_state import State, clear_depth, part_to_clear
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.render_targets import Format, GrowingTarget, textures_of
-from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.passes.drawn_spacecraft import DrawnSpacecraft
 from simgl.passes.mesh_store import MeshStore
 from simgl.passes.outline_program import OutlineProgram
-from simgl.passes.shared_blocks import (
-    JOINT_RATES,
-    SPACECRAFT,
-    TILE,
-    spacecraft_values,
-    tile_values,
-)
+from simgl.passes.shared_blocks import JOINT_RATES, SPACECRAFT, TILE
+from simgl.passes.view_blocks import ViewBlocks
 from simgl.scene.facing_triangles import facing_triangles
 from simgl.view.raster_tiles import RasterTile
 
@@ -39,14 +33,12 @@ class VisibilityPass:
     open_sheets = State(depth=True, clip_planes=4)
 
     @all_or_nothing
-    def __init__(self, ctx: moderngl.Context, meshes: MeshStore) -> None:
-        self._ctx, self._meshes = ctx, meshes
+    def __init__(self, ctx: moderngl.Context, meshes: MeshStore, blocks: ViewBlocks) -> None:
+        self._ctx, self._meshes, self._blocks = ctx, meshes, blocks
         # A CPU renderer transforms vertices in the thread that draws, while its others wait.
         self._chooses = is_software(ctx)
         self._programs: dict[tuple[str, ...], OutlineProgram] = {}
         self._program_for(())
-        self._tile = UniformBuffer(ctx, TILE)
-        self._spacecraft = UniformBuffer(ctx, SPACECRAFT)
         self._target = GrowingTarget(ctx, [[0]], Format("u4", 2))
 
     def draw(self, tile: RasterTile, spacecraft: Sequence[DrawnSpacecraft]) -> moderngl.Texture:
@@ -57,17 +49,15 @@ class VisibilityPass:
         cleared = part_to_clear(target, viewport)
         self.closed.apply(self._ctx, target, cleared, cleared)
         target.clear(depth=1.0, viewport=cleared)
-        self._tile.bind()
-        self._spacecraft.bind()
-        for index, clip_from_camera in enumerate(tile.slices):
+        for index in range(len(tile.slices)):
             if index:
                 clear_depth(self._ctx, target)
-            self._tile.write(tile_values(tile, clip_from_camera))
+            self._blocks.bind_tile(tile, index)
             for drawn in spacecraft:
                 model = drawn.view.model
                 state = self.open_sheets if model.open_sheets else self.closed
                 state.apply(self._ctx, target, viewport, viewport)
-                self._spacecraft.write(spacecraft_values(drawn.view))
+                self._blocks.bind_spacecraft(drawn)
                 self._draw(drawn)
         return textures_of(target)[0]
 
@@ -131,5 +121,4 @@ class VisibilityPass:
         """Free everything."""
         for program in self._programs.values():
             program.release()
-        for resource in (self._target, self._tile, self._spacecraft):
-            resource.release()
+        self._target.release()

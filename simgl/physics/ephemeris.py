@@ -15,12 +15,15 @@ from contextlib import contextmanager
 from functools import lru_cache
 
 import erfa
+import numpy as np
 
 from simgl.arrays import AnyArray, Array
 from simgl.physics.constants import ASTRONOMICAL_UNIT
 
 NANOSECONDS_PER_DAY = 86_400_000_000_000
 _JD_1970 = 2440587.5
+# Status of SOFA's routines.
+_DUBIOUS_YEAR = 1
 # UTC has had its present form since 1972; the Earth series used here ends in 2100 (SOFA epv00).
 FIRST_YEAR, LAST_YEAR = 1972, 2099
 
@@ -37,7 +40,9 @@ def _future_leap_seconds_accepted() -> Iterator[None]:
 
 
 def tai_ns_from_utc(utc: str) -> int:
-    """TAI nanoseconds of an ISO 8601 UTC text such as ``2026-03-20T12:00:00.5``.
+    """TAI nanoseconds since 1970-01-01T00:00:00 TAI.
+
+    utc : ISO 8601 text such as ``2026-03-20T12:00:00.5``
 
     Raises ValueError for text that is not a date, or a year outside 1972 to 2099.
     """
@@ -66,7 +71,9 @@ def tai_ns_from_utc(utc: str) -> int:
 
 
 def utc_from_tai_ns(tai_ns: int) -> str:
-    """ISO 8601 UTC text of TAI nanoseconds, with as many decimals as it needs.
+    """ISO 8601 UTC text, with as many decimals as it needs.
+
+    tai_ns : TAI nanoseconds since 1970-01-01T00:00:00 TAI
 
     Raises ValueError for what is no integer: a float holds no nanoseconds of our years.
     """
@@ -93,9 +100,18 @@ def julian_date_tt(tai_ns: int) -> tuple[float, float]:
 def utc_julian_date(tai_ns: int) -> tuple[float, float]:
     """UTC as SOFA's two-part quasi-Julian date, whose days contain leap seconds."""
     days, rest = divmod(tai_ns, NANOSECONDS_PER_DAY)
-    with _future_leap_seconds_accepted():
-        utc: tuple[float, float] = erfa.taiutc(_JD_1970 + days, rest / NANOSECONDS_PER_DAY)
-    return utc
+    return _by_sofa(erfa.ufunc.taiutc, _JD_1970 + days, rest / NANOSECONDS_PER_DAY)
+
+
+def _by_sofa(routine: np.ufunc, *values: float) -> tuple[float, float]:
+    """A two-part Julian date, also in years beyond SOFA's leap-second table.
+
+    Without pyerfa's wrapper: it makes a warning of such years, and takes longer than the routine.
+    """
+    day, fraction, status = routine(*values)
+    if status not in (0, _DUBIOUS_YEAR):
+        raise erfa.ErfaError(f"{routine.__name__} has no result for {values}")
+    return float(day), float(fraction)
 
 
 def sun_position(tai_ns: int) -> Array:
@@ -124,6 +140,5 @@ def itrf_from_icrf(tai_ns: int) -> Array:
     """R_itrf_from_icrf by the IAU 2006/2000A precession-nutation, with UT1 = UTC."""
     tt = julian_date_tt(tai_ns)
     utc = utc_julian_date(tai_ns)
-    with _future_leap_seconds_accepted():
-        ut1 = erfa.utcut1(*utc, 0.0)
+    ut1 = _by_sofa(erfa.ufunc.utcut1, *utc, 0.0)
     return erfa.c2t06a(*tt, *ut1, 0.0, 0.0)

@@ -87,7 +87,11 @@ def direction_icrf(right_ascension: float, declination: float) -> Array:
 
 
 def matrix_from_quaternion(q_a_from_b_xyzw: ArrayLike) -> Array:
-    """R_a_from_b of a unit quaternion; ValueError for other quaternions.
+    """(3, 3) matrix R_a_from_b of a unit quaternion.
+
+    q_a_from_b_xyzw : (4,) Hamilton, scalar last
+
+    Raises ValueError for quaternions of another norm.
 
     Python floats: every frame needs a few, and scipy's Rotation takes five times as long.
     """
@@ -134,7 +138,9 @@ def _dot(a: Sequence[float], b: Sequence[float]) -> float:
 
 
 def quaternion_from_matrix(R_a_from_b: Array) -> Array:
-    """q_a_from_b_xyzw of a rotation matrix, with w >= 0.
+    """(4,) quaternion q_a_from_b_xyzw of a rotation matrix, Hamilton, scalar last, with w >= 0.
+
+    R_a_from_b : (3, 3)
 
     From the largest of its four squares (Shepperd, J. Guidance and Control 1, 223, 1978). Python
     floats: every frame needs a few, and scipy's Rotation takes thirty times as long.
@@ -159,7 +165,12 @@ def quaternion_from_matrix(R_a_from_b: Array) -> Array:
 
 
 def lvlh_from_icrf(position: Array, velocity: Array) -> Array:
-    """R_lvlh_from_icrf of an orbit state: position [m] and velocity [m s-1], (3,) in GCRF."""
+    """(3, 3) matrix R_lvlh_from_icrf: x completes, along the velocity; y against the orbit's
+    angular momentum, z to the Earth's centre.
+
+    position : (3,) in GCRF [m]
+    velocity : (3,) in GCRF [m s-1]
+    """
     z = -unit(position)
     y = -unit(cross(position, velocity))
     return np.array([cross(y, z), y, z])

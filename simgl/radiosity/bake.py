@@ -196,9 +196,18 @@ def _with_finer_sunlight(
         transport, tracer, index, settings.grids, settings.grid_rays, report
     )
     cells = patch_cells(transport.mesh, index, at_points, at_nodes)
-    transport = replace(transport, cells=cells, grids=grids)
-    if at_nodes is not None:
+    starts = [at_vertices]
+    if at_nodes is not None and of_nodes is not None:
         nearness = np.concatenate([nearness, at_nodes.nearness])
+        starts.append(of_nodes)
+    places = [each.where_open(transport.mesh) for each in starts]
+    transport = replace(
+        transport,
+        cells=cells,
+        grids=grids,
+        start_places=np.concatenate(places).astype(np.float32),
+        start_normals=np.concatenate([each.normals for each in starts]).astype(np.float32),
+    )
     return replace(
         transport,
         means=near_means(transport, nearness),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from scipy import sparse
@@ -32,6 +32,8 @@ BURIED = 0.25
 GAP = 0.005
 # A gather point's rays start in turn at so many places.
 PLACES = 8
+
+_Vectors = TypeVar("_Vectors", Array, Array32)
 
 # Rays into the open for each that meets a surface, in a mean over both.
 _FREE = 4
@@ -61,14 +63,23 @@ class Places:
 
     triangles : (n, k) of the mesh that they are on; -1 for a vertex without triangles
     weights : (n, k, 3) of the corners there
+    normals : (n, 3) unit, of the gather point, towards the side that is lit
     back : (n,) whether the gather point is on the back of the triangles
     open : (n, k) whether the rays of a place count: it is outside other parts
     """
 
     triangles: IndexArray
     weights: Array
+    normals: Array
     back: Mask
     open: Mask
+
+    def where_open(self, mesh: Mesh) -> Array:
+        """(n, k, 3) the places, those that are open in turn for those that are not [m]."""
+        on_mesh = self.triangles >= 0
+        corners = mesh.positions[mesh.triangles[np.where(on_mesh, self.triangles, 0)]]
+        places = np.einsum("nkc,nkci->nki", self.weights, corners)
+        return open_in_turn(places, self.open & on_mesh)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -116,9 +127,18 @@ def places_of(points: GatherPoints, used: IndexArray, open_: Mask, sides: int) -
     return Places(
         triangles=points.triangles[used],
         weights=points.weights[used],
+        normals=points.normals[used],
         back=used >= len(points.origins) // sides,
         open=open_[used],
     )
+
+
+def open_in_turn(places: _Vectors, open_: Mask) -> _Vectors:
+    """(n, k, 3) places, those that are open (n, k) in turn for those that are not."""
+    order = np.argsort(~open_, axis=1, kind="stable")
+    turn = np.arange(open_.shape[1]) % np.maximum(open_.sum(axis=1), 1)[:, None]
+    chosen = np.take_along_axis(order, turn, axis=1)
+    return np.asarray(np.take_along_axis(places, chosen[:, :, None], axis=1))
 
 
 def unit_rows(vectors: Array) -> Array:

@@ -9,12 +9,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
 
-from simgl.arrays import Array, Array32, IndexArray, Mask
+from simgl.arrays import Array32, IndexArray, Mask
 from simgl.radiosity.gather_points import unit_rows
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.patches import SAMPLES
@@ -31,11 +30,16 @@ _SMOOTH, _WIDEST = 1.0, 0.4
 _STRONG = 0.25
 # What one of the fewest rays of a receiver covers is a disc of about so many radians.
 _OF_RAY = 0.05
+# Cosine below which lobes cover so much less of the hemisphere that it counts.
+_LOW = 0.25
 # Sample points that cover less than this share of what a receiver sees of their patch are left out.
 _LITTLE = 0.02
 # Of patches that cover less than this share of the hemisphere one sample point stands for all; of
 # those that cover more than that one, cells.
 _FEW, _MUCH = 0.01, 0.05
+# What covers more than this by itself sends lobes at least this multiple of the root of its share
+# wide.
+_BROAD, _OF_COVERED = 0.02, 1.5
 # Of the angular radius of what a receiver sees of a place, its least height above that.
 _OF_TOUCHED = 0.5
 # Directions closer to a place's plane than this, or beyond it, count as if they were so far above:
@@ -43,17 +47,21 @@ _OF_TOUCHED = 0.5
 GRAZING = 0.02
 
 
-class SomePairs(NamedTuple):
-    """Pairs of a place on a glossy patch and a receiver (n,) each.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PlacePairs:
+    """Places on glossy patches as receivers see them, n pairs of both.
 
-    receiver : which, a whole number
-    share : of the receiver's cosine-weighted hemisphere
-    x, y, z : unit, to the receiver; lean : their cosine to the place's normal
-    alpha2 : squared width of the lobe
-    more : what the lobe gets besides, for light that meets several microfacets, times f0
+    count : of the receivers
+    place, receiver : (n,) which
+    share : (n,) of the receiver's cosine-weighted hemisphere
+    x, y, z : (n,) unit, to the receiver; lean : (n,) their cosine to the place's normal
+    alpha2 : (n,) squared width of the lobe
+    more : (n,) what the lobe gets besides, for light that meets several microfacets, over f0
     """
 
-    receiver: Array32
+    count: int
+    place: IndexArray
+    receiver: IndexArray
     share: Array32
     x: Array32
     y: Array32
@@ -61,29 +69,6 @@ class SomePairs(NamedTuple):
     lean: Array32
     alpha2: Array32
     more: Array32
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class PlacePairs:
-    """Places on glossy patches as receivers see them.
-
-    count : of the receivers
-    first : (k + 1,) where the pairs of each place start
-    table : (n, 8) ``SomePairs`` side by side: of some of many they are read together
-    """
-
-    count: int
-    first: IndexArray
-    table: Array32
-
-    @property
-    def nbytes(self) -> int:
-        """Size of its arrays."""
-        return self.first.nbytes + self.table.nbytes
-
-    def of(self, chosen: IndexArray) -> SomePairs:
-        """Some of them, by their numbers."""
-        return SomePairs(*np.ascontiguousarray(self.table.take(chosen, axis=0).T))
 
 
 class GlossyPlaces:
@@ -128,19 +113,18 @@ class GlossyPlaces:
     def pairs(
         self,
         seen: sparse.coo_matrix,
-        places: Array,
-        normals: Array,
+        places: Array32,
+        normals: Array32,
         cells: sparse.csr_matrix | None = None,
     ) -> PlacePairs:
         """The patches that receivers see.
 
         seen : (r, g) share of the hemisphere of each receiver
-        places, normals : (r, 3) of the receivers [m]
+        places : (r, k, 3) from which receivers see them in turn [m]; normals : (r, 3) there
         cells : (c, r) the same of ``cells``; None where they are not known
         """
-        at, facing = places.astype(np.float32), normals.astype(np.float32)
         row, patch, share = seen.row.astype(np.int64), seen.col.astype(np.int64), seen.data
-        offset = at[row] - self.middle[patch]
+        offset = _in_turn(places, row) - self.middle[patch]
         distance = np.maximum(_lengths(offset), np.float32(1e-9))
         reach = self._radius[patch] / distance
         near = (reach > _WIDE) & self._strong[patch]
@@ -156,10 +140,12 @@ class GlossyPlaces:
         ]
         if cells is not None:
             much = near & (share >= _MUCH)
-            in_cells = self._in_cells(row[much], patch[much], cells, at)
+            in_cells = self._in_cells(row[much], patch[much], cells, places)
             near &= ~np.isin(_keys(row, patch, self.count), in_cells[0])
             parts.append(in_cells[1:])
-        parts.append(self._sampled(row[near], patch[near], share[near], at, facing, self._radius))
+        parts.append(
+            self._sampled(row[near], patch[near], share[near], places, normals, self._radius)
+        )
         row, place, share, towards, reach = (
             np.concatenate(values) for values in zip(*parts, strict=True)
         )
@@ -167,14 +153,13 @@ class GlossyPlaces:
         height = np.maximum(_OF_TOUCHED * np.sqrt(share), GRAZING).astype(np.float32)
         towards, lean = above(towards, self.normals[place], height)
         law = self.law[place]
-        # A ray stands for a part of the hemisphere, and no lobe may be narrower than that.
-        reach = np.maximum(reach, np.minimum(np.sqrt(share), _OF_RAY))
-        width = np.minimum(_SMOOTH * reach, _WIDEST).astype(np.float32)
+        width = _min_widths(share, reach, lean)
         bent = np.minimum(self._laws.alpha2[law] + self._bends[place], np.float32(1.0))
         alpha2 = np.maximum(bent, width * width)
-        pairs = SomePairs(
-            # Whole numbers below 2^24 are exact.
-            receiver=row.astype(np.float32),
+        return PlacePairs(
+            count=seen.shape[0],
+            place=place,
+            receiver=row.astype(np.int32),
             share=(share * lost_by_widening(bent, alpha2)).astype(np.float32),
             x=towards[:, 0],
             y=towards[:, 1],
@@ -182,15 +167,6 @@ class GlossyPlaces:
             lean=lean,
             alpha2=alpha2,
             more=self._more(law, lean),
-        )
-        # One row for each place, which lists its pairs: faster than to sort them.
-        number, held = np.arange(len(place)), np.ones(len(place), dtype=np.bool_)
-        shape = (len(self.law), len(place))
-        of_places = sparse.csr_matrix((held, (place, number)), shape=shape)
-        return PlacePairs(
-            count=seen.shape[0],
-            first=of_places.indptr.astype(np.int64),
-            table=np.stack(pairs, axis=1).take(of_places.indices, axis=0),
         )
 
     def _more(self, law: IndexArray, lean: Array32) -> Array32:
@@ -210,7 +186,7 @@ class GlossyPlaces:
         key = _keys(seen.col, self._patch_of_cell[seen.row], self.count)
         held = np.isin(key, _keys(row, patch, self.count))
         cell, receiver = seen.row[held], seen.col[held].astype(np.int64)
-        offset = places[receiver] - of_transport.points[self.cells[cell]]
+        offset = _in_turn(places, receiver) - of_transport.points[self.cells[cell]]
         on = self._patch_of_cell[cell]
         radius = self._radius[on] / np.sqrt(np.bincount(self._patch_of_cell)[on])
         distance = np.maximum(_lengths(offset), np.float32(1e-3) * self._radius[on])
@@ -230,7 +206,7 @@ class GlossyPlaces:
     ) -> tuple[IndexArray, IndexArray, Array32, Array32, Array32]:
         """Pairs of patches nearby: their sample points, by what each covers of the hemisphere."""
         points = self._transport.points[self.glossy]
-        offset = places[row][:, None] - points[patch]
+        offset = places[row] - points[patch]
         distance = np.maximum(_lengths(offset), np.float32(1e-3) * radius[patch][:, None])
         towards = offset / distance[:, :, None]
         lean = np.einsum("nsi,nsi->ns", towards, self._transport.normals[self.glossy][patch])
@@ -284,6 +260,28 @@ def above(
     raised /= np.maximum(_lengths(raised), np.float32(1e-9))[:, None]
     cosine = np.einsum("ni,ni->n", raised, normals)
     return raised, np.maximum(cosine, np.float32(0.5 * GRAZING))
+
+
+def _min_widths(share: Array32, reach: Array32, lean: Array32) -> Array32:
+    """(n,) of the lobes of places that cover shares of a receiver's hemisphere.
+
+    reach : their radii over their distances; lean : cosine of the receiver's direction there
+    """
+    # A ray stands for a part of the hemisphere, and no lobe may be narrower than that. Close to the
+    # surface lobes cover less of it, as their cosine does.
+    low = np.minimum(lean / np.float32(_LOW), 1.0)
+    reach = np.maximum(reach, np.minimum(np.sqrt(share), _OF_RAY) / np.sqrt(low))
+    width = np.minimum(_SMOOTH * reach, _WIDEST)
+    # What covers much is seen under as many directions, wherever its middle is.
+    broad = np.flatnonzero(share > _BROAD)
+    wide = np.minimum(_OF_COVERED * np.sqrt(share[broad]), 1.0)
+    width[broad] = np.maximum(width[broad], wide)
+    return np.asarray(width, dtype=np.float32)
+
+
+def _in_turn(places: Array32, row: IndexArray) -> Array32:
+    """(n, 3) one of the places (r, k, 3) of each row, the next one for each pair."""
+    return np.asarray(places[row, np.arange(len(row)) % places.shape[1]])
 
 
 def _keys(row: IndexArray, patch: IndexArray, count: int) -> IndexArray:

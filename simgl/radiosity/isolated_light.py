@@ -79,6 +79,12 @@ class PendingLight:
         return self.executor.submit(solved)
 
     @cached_property
+    def sky_lobes(self) -> Future[Array32 | None]:
+        """As of ``PatchLight.sky_lobes``."""
+        model, transport, cells = self.model, self.transport, self.cells
+        return self.executor.submit(lambda: self.light.sky_lobes(model, transport, cells.result()))
+
+    @cached_property
     def at_patches(self) -> Future[IsolatedLight]:
         """What leaves the patches."""
         at_vertices = None if self.besides_sky is None else self.at_vertices

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 
 import numpy as np
@@ -10,6 +10,7 @@ from scipy import sparse
 
 from simgl.arrays import Array, Array32, IndexArray, Mask
 from simgl.environment_map import SkyRadiance
+from simgl.radiosity.gather_points import PLACES
 from simgl.radiosity.sky_cells import sky_cells
 from simgl.rays import AnyRayTracer, RayTracer
 from simgl.scene.mesh import Mesh
@@ -139,7 +140,7 @@ class LightGrids:
         arrays = self.triangles, self.point_of_node, self.row_of_node
         return sum(array.nbytes for array in arrays) + matrix_nbytes(self.gather)
 
-    @property
+    @cached_property
     def rows(self) -> int:
         """Of the table."""
         return int(self.row_of_node.max()) + 1
@@ -162,6 +163,14 @@ class SamplePoints:
     plane: Array32
     open: Mask
     count: IndexArray
+
+
+def _nowhere() -> Array32:
+    return np.zeros((0, PLACES, 3), dtype=np.float32)
+
+
+def _no_normals() -> Array32:
+    return np.zeros((0, 3), dtype=np.float32)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -190,6 +199,9 @@ class LightTransport:
     sharpened : (s, s) csc, values of gather points between which light has the means that their
         rays found (simgl/radiosity/interpolation.py); None where these means are the values
     sun_sharpened : (s + g, s + g) csc, the same with grids
+    start_places : (s + g, PLACES, 3) where the rays of gather points start in turn [m]; none where
+        sunlight is not gathered in advance
+    start_normals : (s + g, 3) unit, there
     """
 
     mesh: Mesh
@@ -214,6 +226,8 @@ class LightTransport:
     means: sparse.csc_matrix | None = None
     sharpened: sparse.csc_matrix | None = None
     sun_sharpened: sparse.csc_matrix | None = None
+    start_places: Array32 = field(default_factory=_nowhere)
+    start_normals: Array32 = field(default_factory=_no_normals)
 
     @property
     def digest(self) -> str:
@@ -228,8 +242,8 @@ class LightTransport:
     def nbytes(self) -> int:
         """Size of its arrays."""
         total = self.mesh.nbytes + _TRACER_BYTES * len(self.mesh.triangles)
-        for field in fields(self):
-            value = getattr(self, field.name)
+        for each in fields(self):
+            value = getattr(self, each.name)
             if isinstance(value, np.ndarray):
                 total += value.nbytes
             elif isinstance(value, sparse.csc_matrix):

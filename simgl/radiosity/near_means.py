@@ -10,8 +10,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import sparse
 
-from simgl.arrays import Array, Array32, IndexArray, Mask
-from simgl.radiosity.gather_points import unit_rows
+from simgl.arrays import Array32, IndexArray, Mask
 from simgl.radiosity.light_grids import CUTS, STEPS
 from simgl.radiosity.light_transport import LightGrids, LightTransport, by_columns
 
@@ -37,25 +36,8 @@ def near_means(transport: LightTransport, nearness: Array32) -> sparse.csc_matri
         if grids is not None:
             node, held = _points_of_nodes(transport, grids, side)
             links += _links_of_grids(node, held, of_vertex[corners[grids.triangles]])
-    place, normal = gather_places(transport)
+    place, normal = transport.start_places.mean(axis=1), transport.start_normals
     return _means(np.concatenate(links), place, normal, nearness)
-
-
-def gather_places(transport: LightTransport) -> tuple[Array, Array]:
-    """(s + g, 3) places of gather points, of vertices and of grids [m], and unit normals there."""
-    grids, corners = transport.grids, transport.mesh.triangles.astype(np.int64)
-    count = transport.gather.shape[0] + (0 if grids is None else grids.gather.shape[0])
-    place, normal = np.zeros((count, 3)), np.zeros((count, 3))
-    for side, of_vertex in enumerate(transport.gather_point_of_vertex):
-        outward = 1.0 - 2.0 * side
-        place[of_vertex] = transport.mesh.positions
-        normal[of_vertex] = outward * transport.mesh.normals
-        if grids is not None:
-            node, held = _points_of_nodes(transport, grids, side)
-            of_grid = corners[grids.triangles]
-            place[node[held]] = _at_nodes(transport.mesh.positions[of_grid])[held]
-            normal[node[held]] = outward * _at_nodes(transport.mesh.normals[of_grid])[held]
-    return place, unit_rows(normal)
 
 
 def _points_of_nodes(
@@ -64,11 +46,6 @@ def _points_of_nodes(
     """(t, nodes) gather points of the nodes on a side, and whether they have one."""
     node = grids.point_of_node[:, :, side]
     return transport.gather.shape[0] + node, node >= 0
-
-
-def _at_nodes(of_corners: Array32) -> Array:
-    """(t, nodes, 3) of (t, 3, 3) at the corners."""
-    return np.einsum("nk,tkj->tnj", STEPS / CUTS, of_corners.astype(np.float64))
 
 
 def _links_of_grids(node: IndexArray, held: Mask, corners: IndexArray) -> list[IndexArray]:
@@ -88,7 +65,9 @@ def _links_of_grids(node: IndexArray, held: Mask, corners: IndexArray) -> list[I
     return links
 
 
-def _means(links: IndexArray, place: Array, normal: Array, nearness: Array32) -> sparse.csc_matrix:
+def _means(
+    links: IndexArray, place: Array32, normal: Array32, nearness: Array32
+) -> sparse.csc_matrix:
     count = len(place)
     first, second = np.sort(links[links[:, 0] != links[:, 1]], axis=1).T
     keys = np.sort(first * count + second)

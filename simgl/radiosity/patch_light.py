@@ -166,6 +166,19 @@ class PatchLight:
         exitance = self._but_sunlight(surface, cells, besides.exitance)
         return exitance, besides.sunlight
 
+    def sky_lobes(
+        self, model: SpacecraftModel, transport: LightTransport, cells: Array32 | None
+    ) -> Array32 | None:
+        """(s, 4) what gather points of vertices get of the light of the sky more than of the
+        exitance ``at_vertices``, as lobes do not send evenly [W m-2]; None where that is nothing.
+
+        cells : as of ``at_vertices``
+        """
+        if cells is None or isinstance(transport, PosedTransport):
+            return None
+        lobes = self._surface(model, transport).response.sky_lobes
+        return None if lobes is None else lobes.at_points(cells)
+
     def with_sunlight(
         self,
         model: SpacecraftModel,

@@ -7,21 +7,22 @@ light is solved on request.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Hashable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import TypeVar
 
 import numpy as np
-from scipy import sparse
 
 from simgl.arrays import Array, Array32, IndexArray
 from simgl.lru_cache import LruCache
+from simgl.radiosity.in_turn import side_by_side
 from simgl.radiosity.light_grids import more_of_nodes
 from simgl.radiosity.light_transport import LightTransport, PatchCells
-from simgl.radiosity.lobe_sunlight import LobeSunlight
+from simgl.radiosity.lobe_sunlight import LobeSunlight, mean_of_bands
 from simgl.radiosity.near_means import TIMES
 from simgl.radiosity.patches import SAMPLES
+from simgl.radiosity.sky_lobes import SkyLobes
 from simgl.radiosity.solver import Reflectors, radiosity
 from simgl.radiosity.sunlit_patches import CAPACITY, Node, SunlitPatches, direction_of, grid_corners
 
@@ -39,6 +40,7 @@ _UNDER_WAY = 4
 _ROW = 2048
 
 Name = TypeVar("Name", bound=Hashable)
+Task = Callable[[], Array32]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -91,6 +93,11 @@ class _UnderWay:
     left: int
 
 
+def _one_by_one(tasks: list[Task]) -> Iterator[Array32]:
+    """Their results, each worked out when it is asked for."""
+    return (task() for task in tasks)
+
+
 def _in_rows(count: int) -> int:
     """So many, filled up to whole rows."""
     return -(-count // _ROW) * _ROW
@@ -112,6 +119,8 @@ class PrecomputedResponse:
         self._at_vertices = LruCache[Node, AtVertices](_VERTEX_CAPACITY)
         self._under_way = LruCache[Node, _UnderWay](_UNDER_WAY)
         self._fields = LruCache[Hashable, Array32](_FIELDS)
+        grids = transport.grids
+        self._more_of_nodes = None if grids is None else more_of_nodes(transport, grids)
 
     @cached_property
     def glow(self) -> Array32:
@@ -126,7 +135,8 @@ class PrecomputedResponse:
         """Size of what is known of glossy surfaces, which is made at the latest now."""
         if not self.lobes:
             return 0
-        return self.lobes.nbytes + _VERTEX_CAPACITY * 4 * self._transport.gather.shape[0]
+        of_sky = 0 if self.sky_lobes is None else self.sky_lobes.nbytes
+        return self.lobes.nbytes + of_sky + _VERTEX_CAPACITY * 4 * self._transport.gather.shape[0]
 
     def of_fields(
         self, fields: Mapping[Hashable, Callable[[], Array32]]
@@ -194,8 +204,9 @@ class PrecomputedResponse:
             if (cached := self._at_vertices.find(node)) is not None
         }
         missing = [node for node, _ in corners if node not in known]
-        for node, solved in self._of_nodes(missing).items():
-            known[node] = self._gathered(node, solved)
+        of_nodes = self._of_nodes(missing)
+        gathered = side_by_side([partial(self._gathered, *solved) for solved in of_nodes.items()])
+        known |= zip(of_nodes, gathered, strict=True)
         tables = [
             (
                 self._at_vertices.get(node, partial(known.__getitem__, node)),
@@ -246,12 +257,12 @@ class PrecomputedResponse:
         yield
         solved = self._of_nodes([node])[node]
         yield
-        at_vertices = yield from self._gather(node, solved)
+        at_vertices = yield from self._gather(node, solved, _one_by_one)
         self._at_vertices.put(node, at_vertices)
 
     def _gathered(self, node: Node, solved: Array32) -> AtVertices:
         """Of what leaves the patches (p, 4)."""
-        gathering = self._gather(node, solved)
+        gathering = self._gather(node, solved, side_by_side)
         while True:
             try:
                 next(gathering)
@@ -266,9 +277,14 @@ class PrecomputedResponse:
         count = _in_rows(len(self._transport.vertex_rows)) + _in_rows(nodes)
         return np.zeros((count, 4), dtype=np.float32)
 
-    def _gather(self, node: Node, solved: Array32) -> Generator[None, None, AtVertices]:
+    def _gather(
+        self, node: Node, solved: Array32, worked_out: Callable[[list[Task]], Iterable[Array32]]
+    ) -> Generator[None, None, AtVertices]:
         """What vertices and nodes get where so much leaves the patches (p, 4), with a pause between
-        the parts of the work."""
+        the parts of the work.
+
+        worked_out : gives the results of tasks
+        """
         transport, grids = self._transport, self._transport.grids
         rows, lobes = self._empty_rows(), None
         evenly = solved - self._of_first(node)[1] if self.lobes else solved
@@ -287,13 +303,18 @@ class PrecomputedResponse:
         if transport.sun_sharpened is not None:
             yield
             at_points = transport.sun_sharpened @ at_points
+        results: Iterator[Array32] = iter(())
         if self.lobes:
             lobes = np.zeros(transport.gather.shape[0], dtype=np.float32)
-            for first, light in self.lobes.at_points(sunlit, direction, on_cells):
+            parts = self.lobes.at_points(sunlit, direction, on_cells)
+            of_others = partial(self.lobes.again_at_vertices, solved)
+            results = iter(worked_out([*(part for _, part in parts), of_others]))
+            for first, _ in parts:
                 yield
+                light = next(results)
                 at_points[first : first + len(light)] += light
                 if first == 0:
-                    lobes += light.mean(axis=1)
+                    lobes += mean_of_bands(light)
         # Fewer rays tell what of a patch is dark than how much of it is seen; and linear light that
         # falls off to nothing within a triangle ends below it.
         np.maximum(at_points, 0.0, out=at_points)
@@ -304,9 +325,9 @@ class PrecomputedResponse:
         again = None
         if self.lobes:
             yield
-            again = self.lobes.again_at_vertices(solved)
+            again = next(results)
         count = len(transport.vertex_rows)
-        if grids is not None:
+        if self._more_of_nodes is not None:
             yield
             more = self._more_of_nodes @ at_points
             rows[_in_rows(count) :][: len(more)] = more
@@ -330,17 +351,15 @@ class PrecomputedResponse:
         return np.asarray(cells.gather[asked].T @ reflected)
 
     @cached_property
-    def _more_of_nodes(self) -> sparse.csc_matrix:
-        grids = self._transport.grids
-        assert grids is not None
-        return more_of_nodes(self._transport, grids)
-
-    @cached_property
     def _of_cells(self) -> Array32:
         """(p, 4, 96) exitance for each cell of radiance 1 in each band [W m-2 / (W m-2 sr-1)]."""
-        # Rays follow the cosine: each stands for pi over their number.
-        free = np.float32(np.pi) * self._transport.sky.toarray()
-        reflected = self._surface.albedo[:, :, None] * free[:, None]
+        albedo = self._surface.albedo
+        if self.sky_lobes is not None:
+            reflected = self.sky_lobes.leaving(albedo)
+        else:
+            # Rays follow the cosine: each stands for pi over their number.
+            free = np.float32(np.pi) * self._transport.sky.toarray()
+            reflected = albedo[:, :, None] * free[:, None]
         # A face of the sky at a time: less than 2 MB, which stays in the processor's cache.
         faces = np.split(reflected, 6, axis=2)
         return np.concatenate(
@@ -386,6 +405,11 @@ class PrecomputedResponse:
     def lobes(self) -> LobeSunlight:
         """What lobes make of sunlight."""
         return LobeSunlight(self._transport, self._surface.laws)
+
+    @cached_property
+    def sky_lobes(self) -> SkyLobes | None:
+        """What lobes make of the light of the sky; None without lobes."""
+        return SkyLobes(self._transport, self._surface.laws, self.lobes) if self.lobes else None
 
     def _reflected(self, names: list[Name], fields: list[Array32]) -> dict[Name, Array32]:
         """(p, 4) each by irradiance (p,) that is alike in all bands; together they take less

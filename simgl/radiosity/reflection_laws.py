@@ -95,6 +95,10 @@ class ReflectionLaws:
         return np.asarray(_between(self.even, law, light) + sent * self.glossy[law][:, None])
 
 
+# Arrays that ``lobe_in`` works in.
+LOBE_ROOM = 5
+
+
 def lobe_towards(
     alpha2: Array32, light: Array32, viewer: Array32, turn: Array32
 ) -> tuple[Array32, Array32]:
@@ -102,32 +106,44 @@ def lobe_towards(
 
     light, viewer : (n,) cosines of their directions to the normal; turn : (n,) to each other
     """
-    # In place where that can be: room for more arrays costs as much as what is worked out in it.
+    room = np.empty((LOBE_ROOM, *turn.shape), dtype=np.float32)
+    return lobe_in(room, alpha2, light, viewer, turn)
+
+
+def lobe_in(
+    room: Array32, alpha2: Array32, light: Array32, viewer: Array32, turn: Array32
+) -> tuple[Array32, Array32]:
+    """The same in the first two of so many arrays (LOBE_ROOM, n): new ones cost as much time as
+    what is worked out in them."""
+    lobe, schlick, rest, one, other = room
+    np.subtract(np.float32(1.0), alpha2, out=rest)
     # The half vector's squared length, and its cosines to the normal and to both ways.
-    length2 = 2.0 * turn
+    length2 = np.multiply(turn, np.float32(2.0), out=one)
     length2 += 2.0
     np.maximum(length2, np.float32(1e-6), out=length2)
-    NoH2 = light + viewer
+    NoH2 = np.add(light, viewer, out=lobe)
     NoH2 *= NoH2
     NoH2 /= length2
-    np.minimum(NoH2, 1.0, out=NoH2)
+    np.minimum(NoH2, np.float32(1.0), out=NoH2)
     past = np.sqrt(length2, out=length2)
     past *= -0.5
     past += 1.0
-    schlick = past * past
+    np.multiply(past, past, out=schlick)
     schlick *= schlick
     schlick *= past
-    spread = np.multiply(NoH2, alpha2 - 1.0, out=NoH2)
-    spread += 1.0
+    NoH2 *= rest
+    spread = np.subtract(np.float32(1.0), NoH2, out=lobe)
     spread *= spread
-    rest = 1.0 - alpha2
-    spread *= _masked(light, viewer, rest, alpha2) + _masked(viewer, light, rest, alpha2)
-    return np.divide(0.5 * alpha2, spread, out=spread), schlick
+    masked = _masked(light, viewer, rest, alpha2, one)
+    masked += _masked(viewer, light, rest, alpha2, other)
+    spread *= masked
+    half = np.multiply(alpha2, np.float32(0.5), out=rest)
+    return np.divide(half, spread, out=lobe), schlick
 
 
-def _masked(one: Array32, other: Array32, rest: Array32, alpha2: Array32) -> Array32:
+def _masked(one: Array32, other: Array32, rest: Array32, alpha2: Array32, out: Array32) -> Array32:
     """(n,) the other cosine times the root of alpha2 + (1 - alpha2) cosine^2."""
-    masked = one * one
+    masked = np.multiply(one, one, out=out)
     masked *= rest
     masked += alpha2
     np.sqrt(masked, out=masked)

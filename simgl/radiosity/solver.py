@@ -258,14 +258,21 @@ def earth_share(matrix: GatherMatrix, cell_radiance: Array32 | None) -> Array32:
 
 
 def vertex_irradiance(
-    matrix: GatherMatrix, exitance: Array32, more: Array32 | None = None
+    matrix: GatherMatrix,
+    exitance: Array32,
+    more: Array32 | None = None,
+    lobes: Array32 | None = None,
 ) -> Array32:
     """(r, 4) irradiance of vertices from the body's own surfaces [W m-2].
 
     exitance : (p, 4) of the patches, after all bounces
     more : (r, 4) what vertices get besides
+    lobes : (s, 4) what gather points get more because lobes do not send evenly
     """
-    light: Array32 = np.take(matrix.at_points(matrix.gather @ exitance), matrix.rows, axis=0)
+    at_points = matrix.at_points(matrix.gather @ exitance)
+    if lobes is not None:
+        at_points += lobes
+    light: Array32 = np.take(at_points, matrix.rows, axis=0)
     if more is not None:
         light += more
     if matrix.between is not None:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import astuple, fields, replace
 from pathlib import Path
 from typing import Any, Literal, TypeVar
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from scipy import sparse
@@ -16,6 +17,7 @@ from simgl.lru_cache import MANY, LruCache
 from simgl.motion.joints import Joint
 from simgl.progress import ProgressCallback, begin_stage
 from simgl.radiosity.bake import BakeSettings, bake, sees_itself
+from simgl.radiosity.gather_points import PLACES
 from simgl.radiosity.hemisphere import SKY_CELLS
 from simgl.radiosity.jointed_bake import bake_jointed
 from simgl.radiosity.jointed_transport import JointedTransport
@@ -39,7 +41,7 @@ STEPS: dict[JointLight, float] = {"quick": np.radians(1.0), "exact": np.radians(
 # quick one, up to 50 MB if exact.
 MAX_BYTES = 512 << 20
 # Part of every key: with a change in how bakes are made or stored, old files are not read any more.
-VERSION = 17
+VERSION = 19
 
 _Bake = TypeVar("_Bake")
 _Part = TypeVar("_Part", PatchCells, LightGrids)
@@ -372,6 +374,8 @@ def _check(transport: LightTransport) -> None:
         if matrix is not None:
             matrix.check_format(full_check=True)
             right &= matrix.shape == (count, count)
+    right &= transport.start_places.shape in ((0, PLACES, 3), (every, PLACES, 3))
+    right &= transport.start_normals.shape in ((0, 3), (every, 3))
     if transport.cells is not None:
         right &= _cells_somewhere(transport.cells, transport)
     if not right:
@@ -404,8 +408,19 @@ def _cells_somewhere(cells: PatchCells, transport: LightTransport) -> bool:
     return right and bool(np.all((cells.patch >= 0) & (cells.patch < len(transport.areas))))
 
 
+# Of each transport in use, for the pose that asked last: most poses stay from frame to frame.
+_lit_meshes = WeakKeyDictionary[LightTransport, tuple[PosedMesh, PosedMesh]]()
+
+
 def lit_mesh(model: SpacecraftModel, transport: LightTransport) -> PosedMesh:
     """The transport's mesh with the joints where they are."""
+    posed, last = model.posed_mesh, _lit_meshes.get(transport)
+    if last is None or last[0] is not posed:
+        last = _lit_meshes[transport] = posed, _lit_mesh(model, transport)
+    return last[1]
+
+
+def _lit_mesh(model: SpacecraftModel, transport: LightTransport) -> PosedMesh:
     if isinstance(transport, PosedTransport):
         return replace(model.posed_mesh, mesh=transport.mesh)
     coarse = model.coarsely_posed(STEPS["exact"])

@@ -84,7 +84,7 @@ class ExposureRenderer:
             assert layer.paths is not None
             sweep = replace(_of_layer(views, layer, layer.paths), share=1.0 / len(all_layers))
             snapshot = self._target("snapshot", views.scene.drawn)
-            snapshot.framebuffer.clear(viewport=sweep.read())
+            snapshot.framebuffer.clear(viewport=sweep.read)
             self._draw_tiles(by, layer, snapshot, ResolvePass.lays)
             with self._timer.measure("sweep"):
                 self._sweep.add(sweep, snapshot, target.framebuffer, spare)
@@ -162,7 +162,7 @@ class ExposureRenderer:
                 continue
             sweep = _of_layer(views, layer, layer.paths)
             snapshot = self._target("layer", views.scene.drawn, _COVERED)
-            snapshot.framebuffer.clear(viewport=sweep.read())
+            snapshot.framebuffer.clear(viewport=sweep.read)
             self._draw_tiles(by, layer, snapshot, ResolvePass.adds)
             with self._timer.measure("sweep"):
                 spare = partial(self._spare, views.scene.drawn, _COVERED)

@@ -38,6 +38,7 @@ from simgl.passes.shadow import ShadowPass
 from simgl.passes.sunlight import SunlightPass
 from simgl.passes.surface import LIGHTS, SurfacePass
 from simgl.passes.truth import TruthPass
+from simgl.passes.view_blocks import ViewBlocks
 from simgl.passes.visibility import VisibilityPass
 from simgl.passes.warp import WarpPass
 from simgl.progress import ProgressCallback, begin_stage
@@ -84,18 +85,18 @@ class Renderer:
         self.timer = PassTimer(ctx)
         self.sample_budget = _SAMPLE_BUDGET_CPU if is_software(ctx) else _SAMPLE_BUDGET_GPU
         self._transports = TransportStore()
-        self._meshes = MeshStore(ctx)
+        drawn = self._meshes, self._blocks = MeshStore(ctx), ViewBlocks(ctx)
         # What other threads can do while this one waits for draws, or makes them.
         workers = min(max(len(os.sched_getaffinity(0)), 2), _WORKERS)
         self._executor = ThreadPoolExecutor(workers, thread_name_prefix="simgl-renderer")
         self._interreflection = InterreflectionPass(ctx, self._transports, self._executor)
         self._shadow = ShadowPass(ctx, self._meshes)
         self._lamp_shadow = LampShadowPass(ctx, self._meshes)
-        self._visibility = VisibilityPass(ctx, self._meshes)
-        self._geometry = GBufferPass(ctx, self._meshes)
-        self._sunlight = SunlightPass(ctx)
-        self._glossy = GlossyPass(ctx, self._meshes)
-        self._surface = SurfacePass(ctx, self._meshes)
+        self._visibility = VisibilityPass(ctx, *drawn)
+        self._geometry = GBufferPass(ctx, *drawn)
+        self._sunlight = SunlightPass(ctx, self._blocks)
+        self._glossy = GlossyPass(ctx, *drawn)
+        self._surface = SurfacePass(ctx, *drawn)
         self._diffuse_sky = DiffuseSkyPass(ctx)
         self._stars = StarPass(ctx)
         self._sun = SunPass(ctx)
@@ -105,12 +106,12 @@ class Renderer:
         self._probes = EnvironmentProbeStore(ctx, self._executor)
         self.skies = SkyRenderer(ctx, self._planet)
         self._reference_gather = ReferenceGather(self._transports, self._interreflection.light)
-        self._resolve = ResolvePass(ctx)
+        self._resolve = ResolvePass(ctx, self._blocks)
         self._warp = WarpPass(ctx)
-        self._truth = TruthPass(ctx, self._meshes)
+        self._truth = TruthPass(ctx, *drawn)
         self._targets = TargetStore(ctx)
         shared = self._visibility, self._geometry, self._resolve, self._warp, self._planet
-        self._thermal = ThermalRenderer(ctx, self.timer, *shared)
+        self._thermal = ThermalRenderer(ctx, self.timer, self._blocks, *shared)
         self._exposure = ExposureRenderer(ctx, self.timer, self._resolve)
 
     def check_size(self, camera: Camera) -> None:
@@ -164,6 +165,7 @@ class Renderer:
 
     def radiance(self, view: FrameView) -> ImageTarget:
         """Radiance per band [W m-2 sr-1], RGBA32F; valid until the next call at this size."""
+        self._blocks.begin()
         target = self._target(f"radiance {view.ramps}", view.camera, _BANDS)
         if view.gather == "vertex":
             tiles = (tile for seen in view.pinholes for tile in seen.tiles)
@@ -175,6 +177,7 @@ class Renderer:
 
     def radiance_during(self, views: MovingViews) -> ImageTarget:
         """The mean radiance that each row sees over its exposure, as ``radiance`` gives it."""
+        self._blocks.begin()
         target = self._target(f"radiance {views.ramps}", views.camera, _BANDS)
         drawing = Drawing(self._lit_tiles, self._all_background, self._distorted)
         self._exposure.draw(views, target, drawing)
@@ -347,11 +350,8 @@ class Renderer:
             shadow_maps = self._shadow.cast([view.shadow for view in views])
         # On the CPU, while the renderer draws the shadow maps.
         with self.timer.measure("interreflection"):
-            sky_of = {
-                look.key: probe
-                for look, probe in zip(looks, probes, strict=True)
-                if look is not None and probe is not None
-            }
+            known = zip(looks, probes, strict=True)
+            sky_of = {look.key: probe for look, probe in known if look and probe}
 
             def sky_around(look: SkyView | None) -> SkyRadiance | None:
                 return None if look is None else sky_of[look.key].sky_around(look)
@@ -439,6 +439,7 @@ class Renderer:
             self._exposure,
             self._truth,
             self._meshes,
+            self._blocks,
         )
 
     def __enter__(self) -> Renderer:

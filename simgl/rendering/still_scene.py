@@ -8,7 +8,7 @@ from functools import cache
 
 from simgl.camera.camera import Camera
 from simgl.camera.pixel_ramp import SHARP, Ramps, pixel_ramps
-from simgl.camera.point_spread import SunInCamera
+from simgl.camera.point_spread import SunInCamera, has_spread
 from simgl.gpu.render_targets import ImageTarget
 from simgl.images import FrameInfo
 from simgl.rendering.camera_pipeline import ColourLight
@@ -76,8 +76,11 @@ class StillScene:
         return replace(self.view, ramps=pixel_ramps(camera)).lit_area
 
     @property
-    def sun(self) -> SunInCamera:
-        """The Sun in camera axes, dimmed by the Earth and the Moon."""
+    def sun(self) -> SunInCamera | None:
+        """The Sun in camera axes, dimmed by the Earth and the Moon; None for a lens that spreads no
+        light, which has no ghosts."""
+        if not has_spread(self.camera):
+            return None
         info = self.info
         return SunInCamera(
             direction=info.R_camera_from_icrf @ info.sun_direction_icrf,

@@ -16,6 +16,7 @@ from simgl.passes.gbuffer import GBufferPass
 from simgl.passes.mesh_store import VertexLighting
 from simgl.passes.resolve import DistortedView, ResolvePass
 from simgl.passes.thermal import ThermalPass
+from simgl.passes.view_blocks import ViewBlocks
 from simgl.passes.visibility import VisibilityPass
 from simgl.passes.warp import WarpPass
 from simgl.thermal.infrared_surroundings import InfraredSurroundings
@@ -38,6 +39,7 @@ class ThermalRenderer:
         self,
         ctx: moderngl.Context,
         timer: PassTimer,
+        blocks: ViewBlocks,
         visibility: VisibilityPass,
         geometry: GBufferPass,
         resolve: ResolvePass,
@@ -48,7 +50,7 @@ class ThermalRenderer:
         self._visibility, self._geometry, self._resolve = visibility, geometry, resolve
         self._warp, self._planet = warp, planet
         self._infrared_earth = InfraredEarthPass(ctx)
-        self._thermal = ThermalPass(ctx)
+        self._thermal = ThermalPass(ctx, blocks)
         self._targets = TargetStore(ctx)
 
     def draw(self, view: FrameView, scene: ThermalView) -> ImageTarget:

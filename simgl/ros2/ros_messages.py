@@ -77,7 +77,7 @@ def definitions() -> dict[str, str]:
 def ros_name(kind: str, name: str) -> str:
     """A camera's or spacecraft's name; ConfigError where it is none in ROS."""
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name):
-        problem = "is no name in ROS: letters, digits and _ are allowed, a letter first"
+        problem = "is not a name in ROS: letters, digits and _ are allowed, a letter first"
         raise ConfigError(f"[{kind}.{name}]", "", problem)
     return name
 

@@ -25,7 +25,7 @@ def read_bands(table: BandsTable, where: str, base: Base) -> Bands:
     """
     if table.edges_nm is None and table.filter is None:
         if table.names is not None:
-            raise ConfigError(where, "names", "goes with edges_nm or filter")
+            raise ConfigError(where, "names", "requires edges_nm or filter")
         return BANDS
     curve = None if table.filter is None else read_fractions(table.filter, base, where, "filter")
     if table.edges_nm is not None:

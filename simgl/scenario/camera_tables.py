@@ -37,7 +37,7 @@ def read_mount(
         )
     if table.on is None:
         if table.limb is not None:
-            raise ConfigError(where, "limb", "goes with on, not with position_icrf_m")
+            raise ConfigError(where, "limb", "requires on, got position_icrf_m")
         if table.axes not in (None, "icrf"):
             problem = f'must be "icrf" with position_icrf_m, got "{table.axes}"'
             raise ConfigError(where, "axes", problem)

@@ -69,16 +69,16 @@ def read_earth(
 ) -> Earth | None:
     """The Earth of a scenario; None in deep space. Relative paths start at ``base``."""
     if table.radius_km is not None and table.shape != "sphere":
-        raise ConfigError(where, "radius_km", f'goes with shape = "sphere", got "{table.shape}"')
+        raise ConfigError(where, "radius_km", f'requires shape = "sphere", got "{table.shape}"')
     albedo = None if table.albedo is None else fractions(table.albedo, where, "albedo")
     if table.longwave_w_m2 is not None and albedo is None:
-        problem = "goes with an albedo; an Earth with maps has a climate and clouds"
+        problem = "requires albedo; an Earth with maps has a climate and clouds"
         raise ConfigError(where, "longwave_w_m2", problem)
     if table.shape == "none":
         if albedo is not None:
-            raise ConfigError(where, "albedo", 'goes with an Earth, got shape = "none"')
+            raise ConfigError(where, "albedo", 'requires an Earth, got shape = "none"')
         if table.atmosphere is not None:
-            raise ConfigError(where, "atmosphere", 'goes with an Earth, got shape = "none"')
+            raise ConfigError(where, "atmosphere", 'requires an Earth, got shape = "none"')
         _refuse_map_keys(table, where, 'shape = "none"')
         return None
     default = "standard" if table.shape == "wgs84" else "none"
@@ -124,9 +124,9 @@ def _air_of(name: str, bands: Bands, where: str) -> Air | None:
 def _at_night(earth: Earth, table: EarthTable, where: str, *, fixed_sun: bool) -> Earth:
     """The Earth with moonlight and airglow; with a fixed Sun only where they are asked for."""
     if table.moonlight and fixed_sun:
-        raise ConfigError(where, "moonlight", "goes with a Moon, which a Sun fixed by hand has not")
+        raise ConfigError(where, "moonlight", "requires a Moon; a scene with a fixed Sun has none")
     if table.airglow and earth.air is None:
-        raise ConfigError(where, "airglow", "goes with an atmosphere, got none")
+        raise ConfigError(where, "airglow", "requires an atmosphere, got none")
     airglow = earth.air is not None and not fixed_sun
     return replace(
         earth,
@@ -147,7 +147,7 @@ def read_sky(
         faintest = FAINTEST if table.faintest_star_mag is None else table.faintest_star_mag
         return shipped_stars(faintest, bands=sun.bands)
     if table.faintest_star_mag is not None:
-        problem = "goes with stars = true; a Sun fixed by hand leaves stars out"
+        problem = "requires stars = true; by default, a scene with a fixed Sun has no stars"
         raise ConfigError(where, "faintest_star_mag", problem)
     return None
 
@@ -156,7 +156,7 @@ def _refuse_map_keys(table: EarthTable, where: str, because: str) -> None:
     """Raise ConfigError for keys that only an Earth with maps has."""
     for key in _MAP_KEYS:
         if getattr(table, key) is not None:
-            raise ConfigError(where, key, f"goes with an Earth that has maps, got {because}")
+            raise ConfigError(where, key, f"requires an Earth with maps, got {because}")
 
 
 def _read_maps(table: EarthTable, where: str, base: Base) -> tuple[float, Clouds | None, EarthMaps]:
@@ -173,7 +173,7 @@ def _read_maps(table: EarthTable, where: str, base: Base) -> tuple[float, Clouds
 def _clouds(table: CloudsTable, where: str, base: Base) -> Clouds | None:
     if table.picture is None:
         if table.optical_thickness is not None:
-            raise ConfigError(where, "optical_thickness", "goes with picture, which is missing")
+            raise ConfigError(where, "optical_thickness", "requires picture, which is missing")
         if table.cover == 0.0:
             return None
         return Clouds(

@@ -92,7 +92,7 @@ def _light(
     keys = ("wavelength_nm", "temperature_k", "band_shares")
     spectra = [k for k in keys if getattr(table, k) is not None]
     if table.line_weights is not None and not isinstance(table.wavelength_nm, list):
-        raise ConfigError(where, "line_weights", "goes with a list of lines in wavelength_nm")
+        raise ConfigError(where, "line_weights", "requires a list of lines in wavelength_nm")
     if isinstance(table.power_w, tuple):
         if spectra:
             problem = "contradicts power_w for each band; give power_w as one number"

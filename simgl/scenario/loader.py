@@ -71,6 +71,7 @@ def load_scenario(
 ) -> Scenario:
     """The scenario in a TOML file; docs/scenario.md lists its keys.
 
+    path : of the file
     root : folder that must contain its models, maps, tables and presets, after links are resolved;
         shipped files are always allowed. None allows any path
     models : spacecraft name to a model that replaces the ``model`` of its table, such as one from
@@ -156,7 +157,7 @@ def _read_tables(
     bands = read_bands(single("bands", BandsTable), f"{where} [bands]", base)
     sun = read_sun(sun_table, temperature, f"{where} [sun]", bands)
     if render.gather == "pixel" and not render.inter_reflection:
-        raise ConfigError(f"{where} [render]", "gather", "goes with inter_reflection, which is off")
+        raise ConfigError(f"{where} [render]", "gather", "requires inter_reflection = true")
     _check_models(models, spacecraft_tables, where)
     context = _Context(
         where=where, base=base, bands=bands, temperature=temperature, epoch_tai_ns=epoch_tai_ns
@@ -285,7 +286,7 @@ def _check_models(
             raise ConfigError(where, "models", problem)
         for key in FILE_KEYS:
             if getattr(tables[name], key) is not None:
-                problem = "goes with a mesh file, not with a model given in memory"
+                problem = "is allowed only for a mesh file, not for a model given in memory"
                 raise ConfigError(f"{where} [spacecraft.{name}]", key, problem)
 
 

@@ -84,7 +84,17 @@ class EphemerisSun:
 class Scenario:
     """The content of a scenario file, in SI units.
 
-    joints : by spacecraft
+    name : in file headers and messages; of a file its stem
+    source : the file; None for a scenario made in memory
+    epoch_tai_ns : start, TAI nanoseconds since 1970-01-01T00:00:00 TAI
+    sun : its ephemeris, or a fixed direction and irradiance
+    earth : surface, clouds and air; None in deep space
+    models : spacecraft name to its shape and surfaces
+    motions : spacecraft name to its laws of position and attitude
+    cameras : camera name to its lens, detector and settings
+    mounts : camera name to its place and pointing
+    lamps : lamp name to its light and place
+    joints : spacecraft name to the laws of its joints
     criteria : limits of a usable image of a target
     requirements : on the images of a run
     uncertainty : standard deviations for the draws of an assessment; None for no draws
@@ -164,11 +174,19 @@ class Scenario:
         return html_table(title, of_models, models) + html_table("Cameras", of_cameras, cameras)
 
     def at(self, tai_ns: int) -> SceneState:
-        """The scene at an epoch [TAI ns]."""
+        """The scene by the scenario's laws of motion.
+
+        tai_ns : epoch, TAI nanoseconds since 1970-01-01T00:00:00 TAI
+
+        Raises ConfigError where the data of a trajectory do not cover the epoch; ValueError for a
+        time that is no integer, or before 1970.
+        """
         return self.with_poses(tai_ns, {})
 
     def around(self, tai_ns: int) -> Callable[[int], SceneState]:
-        """The scene as a function of time during an exposure around an epoch [TAI ns].
+        """The scene as a function of time [TAI ns] during an exposure.
+
+        tai_ns : mid-exposure, TAI nanoseconds since 1970-01-01T00:00:00 TAI
 
         If the data of a trajectory end within the exposure, the scene is static.
         """
@@ -183,7 +201,10 @@ class Scenario:
         return near
 
     def poses(self, tai_ns: int) -> dict[str, Pose]:
-        """Every spacecraft's pose at an epoch [TAI ns]."""
+        """Spacecraft name to its pose by the laws of motion.
+
+        tai_ns : epoch, TAI nanoseconds since 1970-01-01T00:00:00 TAI
+        """
         with self._named_in_errors():
             return poses(self.motions, tai_ns)
 
@@ -210,6 +231,7 @@ class Scenario:
     ) -> SceneState:
         """The scene with given poses, for instance from a simulation.
 
+        tai_ns : epoch, TAI nanoseconds since 1970-01-01T00:00:00 TAI
         bodies : spacecraft to pose; spacecraft that are not listed follow their laws of motion, and
             a law relative to a listed spacecraft follows its pose
         exposure_times : camera name to exposure time [s], if different from the file
@@ -228,9 +250,6 @@ class Scenario:
         with self._named_in_errors():
             known = self.motions.keys() | self.models.keys()
             check_given(bodies, given, exposure_times or (), known, self.cameras)
-        cameras = dict(self.cameras)
-        for name, seconds in (exposure_times or {}).items():
-            cameras[name] = replace(cameras[name], exposure_time=seconds)
         earth = None
         if self.earth is not None:
             earth = EarthState(
@@ -240,20 +259,9 @@ class Scenario:
             )
         light = self._sun(tai_ns, sun)
         moon = moon_position(tai_ns) if isinstance(self.sun, EphemerisSun) else None
-        states = {}
         with self._named_in_errors():
             placed = poses(self.motions, tai_ns, bodies)
-            for name, camera in cameras.items():
-                mount = self.mounts[name]
-                position, R_camera_from_icrf = camera_pose(
-                    name, mount, placed, lambda place: light.seen_from(place).direction_icrf, earth
-                )
-                states[name] = CameraState(
-                    camera=camera,
-                    position=position,
-                    R_camera_from_icrf=R_camera_from_icrf,
-                    velocity=camera_velocity(mount, placed),
-                )
+            cameras = self._cameras(exposure_times or {}, placed, light, earth)
             lamps = tuple(lamp_state(lamp, placed) for lamp in self.lamps.values())
             body_states = {
                 name: self._body(name, tai_ns, light, placed[name], given.get(name, {}))
@@ -265,11 +273,35 @@ class Scenario:
             earth=earth,
             moon=moon,
             bodies=body_states,
-            cameras=states,
+            cameras=cameras,
             lamps=lamps,
             R_moon_from_icrf=None if moon is None else moon_from_icrf(tai_ns),
             stars=None if self.stars is None else star_sky(self.stars, tai_ns, self.bands),
         )
+
+    def _cameras(
+        self,
+        exposure_times: Mapping[str, float],
+        placed: Mapping[str, Pose],
+        sun: Sun,
+        earth: EarthState | None,
+    ) -> dict[str, CameraState]:
+        """The cameras on their mounts, among the placed spacecraft."""
+        states = {}
+        for name, camera in self.cameras.items():
+            mount = self.mounts[name]
+            position, R_camera_from_icrf = camera_pose(
+                name, mount, placed, lambda place: sun.seen_from(place).direction_icrf, earth
+            )
+            if name in exposure_times:
+                camera = replace(camera, exposure_time=exposure_times[name])
+            states[name] = CameraState(
+                camera=camera,
+                position=position,
+                R_camera_from_icrf=R_camera_from_icrf,
+                velocity=camera_velocity(mount, placed),
+            )
+        return states
 
     def _sun(self, tai_ns: int, position: Array | None) -> Sun:
         """The Sun at an epoch, at a given position where there is one."""

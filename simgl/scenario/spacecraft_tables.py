@@ -60,6 +60,8 @@ _ATTITUDES = (
     "point_at",
     "attitude_file",
 )
+_OF_POSITIONS = "is allowed only for positions"
+_OF_SEVERAL = "is allowed only for files of several objects"
 
 
 def read_model(where: str, name: str, table: SpacecraftTable, base: Base) -> SpacecraftModel:
@@ -72,7 +74,7 @@ def read_model(where: str, name: str, table: SpacecraftTable, base: Base) -> Spa
     if isinstance(table.model, PrimitiveTable):
         for key in FILE_KEYS:
             if getattr(table, key) is not None:
-                problem = "goes with a mesh file; a primitive is in metres and body axes"
+                problem = "is allowed only for a mesh file; a primitive is in metres and body axes"
                 raise ConfigError(where, key, problem)
         return read_primitive(table.model, name, where, base)
     if table.unit is not None and table.unit_m is not None:
@@ -133,7 +135,7 @@ class MotionReader:
             return self._from_file(t.trajectory)
         exactly_one(t, self._where, "place", _PLACES)
         if t.drift and t.relative_to is None:
-            raise ConfigError(self._where, "drift", "goes with relative_to")
+            raise ConfigError(self._where, "drift", "requires relative_to")
         if t.orbit is not None:
             return _orbit(t.orbit, self._where, self._epoch_tai_ns)
         if t.relative_to is not None:
@@ -163,16 +165,16 @@ class MotionReader:
                 raise ConfigError(self._where, key, "contradicts trajectory; give one of them")
         for key in ("velocity_lvlh_m_s", "drift"):
             if getattr(t, key):
-                raise ConfigError(self._where, key, "goes with relative_to, not with trajectory")
+                raise ConfigError(self._where, key, "requires relative_to, got trajectory")
         file = _as_table(given)
-        self._refuse("trajectory", file, "frame", "attitude_file")
+        self._refuse("trajectory", file, "frame", "is allowed only in attitude_file")
         if file.naif_id is not None:
             if t.relative_to is not None:
-                problem = "goes with places in LVLH axes; those of SPICE are about the Earth"
+                problem = "is allowed only for positions in LVLH axes; SPICE's are about the Earth"
                 raise ConfigError(self._where, "relative_to", problem)
             allowed = file.interpolation_error_m or DEFAULT_ALLOWED_ERROR
             return read_spice_path(self._spice("trajectory", file), file.naif_id, allowed)
-        self._refuse("trajectory", file, "span_s", "naif_id")
+        self._refuse("trajectory", file, "span_s", "requires naif_id")
         with _named_in_errors(self._where, "trajectory"):
             path, in_lvlh = read_path(
                 self._base / file.file,
@@ -183,7 +185,7 @@ class MotionReader:
             )
         if not isinstance(path, SampledPath) or not in_lvlh:
             if t.relative_to is not None:
-                problem = "goes with places in LVLH axes; those of the file are not"
+                problem = "is allowed only for positions in LVLH axes; those of the file are not"
                 raise ConfigError(self._where, "relative_to", problem)
             return path
         if t.relative_to is None:
@@ -193,8 +195,9 @@ class MotionReader:
 
     def _spice(self, key: str, file: MotionFileTable) -> SpiceSource:
         """The meta-kernel of a table; raises ConfigError or AssetError."""
-        self._refuse(key, file, "object", "files of several objects; SPICE has naif_id and frame")
-        self._refuse(key, file, "longest_gap_s", "samples in files; SPICE states its coverage")
+        self._refuse(key, file, "object", f"{_OF_SEVERAL}; SPICE has naif_id and frame")
+        problem = "is allowed only for samples in files; SPICE states its coverage"
+        self._refuse(key, file, "longest_gap_s", problem)
         span_s = DEFAULT_SPAN if file.span_s is None else file.span_s
         if not span_s[0] < span_s[1]:
             problem = f"must begin before it ends, got {list(span_s)}"
@@ -216,10 +219,10 @@ class MotionReader:
         sampled = None
         if t.joint_file is not None:
             file = _as_table(t.joint_file)
-            self._refuse("joint_file", file, "interpolation_error_m", "places")
-            self._refuse("joint_file", file, "object", "files of several objects")
+            self._refuse("joint_file", file, "interpolation_error_m", _OF_POSITIONS)
+            self._refuse("joint_file", file, "object", _OF_SEVERAL)
             for unused in ("naif_id", "frame", "span_s"):
-                self._refuse("joint_file", file, unused, "SPICE meta-kernels")
+                self._refuse("joint_file", file, unused, "is allowed only for SPICE meta-kernels")
             with _named_in_errors(self._where, "joint_file"):
                 sampled = read_angles(
                     self._base / file.file, self._epoch_tai_ns, longest_gap_s=file.longest_gap_s
@@ -283,12 +286,12 @@ class MotionReader:
             raise ConfigError(self._where, given[1], f"contradicts {given[0]}; give one of them")
         if t.attitude_file is not None:
             file = _as_table(t.attitude_file)
-            self._refuse("attitude_file", file, "interpolation_error_m", "places")
-            self._refuse("attitude_file", file, "naif_id", "trajectory")
+            self._refuse("attitude_file", file, "interpolation_error_m", _OF_POSITIONS)
+            self._refuse("attitude_file", file, "naif_id", "is allowed only in trajectory")
             if file.frame is not None:
                 rotations = read_spice_rotations(self._spice("attitude_file", file), file.frame)
                 return SampledAttitude(rotations=rotations, in_lvlh=False)
-            self._refuse("attitude_file", file, "span_s", "frame")
+            self._refuse("attitude_file", file, "span_s", "requires frame")
             with _named_in_errors(self._where, "attitude_file"):
                 return read_attitude(
                     self._base / file.file,
@@ -310,9 +313,9 @@ class MotionReader:
             return FixedAttitude(R_icrf_from_body=np.eye(3))
         return LvlhAttitude(R_lvlh_from_body=np.eye(3))
 
-    def _refuse(self, key: str, file: MotionFileTable, unused: str, of: str) -> None:
+    def _refuse(self, key: str, file: MotionFileTable, unused: str, problem: str) -> None:
         if getattr(file, unused) is not None:
-            raise ConfigError(self._where, f"{key}.{unused}", f"goes with {of}, not with {key}")
+            raise ConfigError(self._where, f"{key}.{unused}", problem)
 
     def _matrix(self, key: str) -> Array:
         try:
@@ -331,7 +334,7 @@ def _orbit(table: OrbitTable, where: str, epoch_tai_ns: int) -> KeplerianOrbit:
         raise ConfigError(where, "orbit", problem)
     if table.altitude_km is not None:
         if table.eccentricity != 0.0:
-            raise ConfigError(where, "orbit.eccentricity", "goes with semi_major_axis_km")
+            raise ConfigError(where, "orbit.eccentricity", "requires semi_major_axis_km")
         axis = WGS84_EQUATORIAL_RADIUS + table.altitude_km * 1e3
     else:
         assert table.semi_major_axis_km is not None

@@ -12,8 +12,8 @@ from simgl.errors import ConfigError, did_you_mean
 from simgl.scenario.schema import CameraTable, LampTable, SpacecraftTable
 from simgl.scene.spacecraft import SpacecraftModel
 
-# Keys that are refused without another one.
-_GOES_WITH = {
+# Keys that require another one.
+_REQUIRED = {
     "position_lvlh_m": "relative_to",
     "velocity_lvlh_m_s": "relative_to",
     "velocity_icrf_m_s": "position_icrf_m",
@@ -52,12 +52,12 @@ def place_on(model: SpacecraftModel, table: CameraTable | LampTable, where: str)
 def exactly_one(
     table: SpacecraftTable | CameraTable, where: str, what: str, keys: tuple[str, ...]
 ) -> None:
-    """One of the keys is given, and no key that goes with another of them."""
+    """One of the keys is given, and no key that requires another of them."""
     given = [k for k in keys if getattr(table, k) is not None]
     if len(given) != 1:
         got = " and ".join(given) if given else "none of them"
         problem = f"needs exactly one of {', '.join(keys)}; got {got}"
         raise ConfigError(where, what, problem)
-    for key, needed in _GOES_WITH.items():
+    for key, needed in _REQUIRED.items():
         if getattr(table, key, None) is not None and needed not in given:
-            raise ConfigError(where, key, f"goes with {needed}, not with {given[0]}")
+            raise ConfigError(where, key, f"requires {needed}, got {given[0]}")

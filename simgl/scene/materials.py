@@ -18,6 +18,7 @@ MAX_MATERIALS = 64
 class Material:
     """A metallic-roughness surface, or a Lambertian one where ``roughness`` is None.
 
+    name : in error messages and tables
     reflectance : base colour per band, 0..1
     spectrum : of a measured material, from which the reflectance was averaged [nm]
     form : spectrum of a finish's kind, which is scaled to the reflectance in R, G, B, N [nm]

@@ -56,7 +56,7 @@ class Mesh:
     uv: Array32 | None = None
     colour: Array32 | None = None
 
-    @property
+    @cached_property
     def nbytes(self) -> int:
         """Size of its arrays."""
         arrays = (getattr(self, field.name) for field in fields(self))

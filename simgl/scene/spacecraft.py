@@ -36,6 +36,7 @@ class Branch:
 class SpacecraftModel:
     """Shape and surface of one spacecraft, in its body axes.
 
+    name : in error messages and tables
     mesh : its shape with all joints as stored, whatever their values
     parts : names, indexed by ``mesh.part``
     materials : indexed by ``mesh.material``
@@ -107,7 +108,9 @@ class SpacecraftModel:
         return PosedMesh(mesh=self.mesh, joints=self.joints, motion=motion)
 
     def posed(self, angles: Mapping[str, float]) -> SpacecraftModel:
-        """The model with its joints at these angles [rad] or travels [m]; others are as stored.
+        """The model with moved joints.
+
+        angles : joint name to angle [rad] or travel [m]; joints that are not listed are as stored
 
         Equal angles give the same object while it is among the model's last 16.
 
@@ -141,9 +144,10 @@ class SpacecraftModel:
         return self.posed(rounded)
 
     def step_sizes(self, step: float) -> tuple[float, ...]:
-        """Steps of each joint [rad] or [m].
+        """Steps of each joint, [rad] or [m].
 
-        What slides takes steps as long as that turn would move the rim of its largest part.
+        step : of a joint that turns [rad]; what slides takes steps as long as that turn would move
+            the rim of its largest part
         """
         return tuple(
             step * self.reach(index) if joint.slides else step
@@ -151,7 +155,10 @@ class SpacecraftModel:
         )
 
     def reach(self, joint: int) -> float:
-        """Radius of the largest part that moves with a joint, by its index [m]."""
+        """Radius of the largest part that moves with a joint [m].
+
+        joint : its index
+        """
         return float(self.mesh.part_spheres[carried_parts(self.joints, joint), 3].max())
 
     @cached_property

@@ -65,7 +65,10 @@ class SunAtPosition:
     limb: Array = field(default_factory=UNIFORM.copy)
 
     def seen_from(self, point: Array) -> SunSeen:
-        """The Sun as seen from a point [m]."""
+        """The Sun as seen from a point.
+
+        point : (3,) in GCRF [m]
+        """
         offset = self.position - point
         distance = norm(offset)
         return SunSeen(
@@ -104,7 +107,10 @@ class SunInDirection:
     limb: Array = field(default_factory=UNIFORM.copy)
 
     def seen_from(self, point: Array) -> SunSeen:  # noqa: ARG002 - the same from everywhere
-        """The Sun, the same from any point."""
+        """The Sun, the same from any point.
+
+        point : (3,) in GCRF [m]
+        """
         return SunSeen(
             direction_icrf=unit(self.direction_icrf),
             irradiance=self.light.irradiance,
@@ -130,6 +136,7 @@ Sun = SunAtPosition | SunInDirection
 class EarthState:
     """The Earth at an instant.
 
+    earth : surface, clouds and air
     position : (3,) of its centre [m]; the origin, unless a whole scene is shifted
     R_itrf_from_icrf : (3, 3)
     """
@@ -146,17 +153,27 @@ class EarthState:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BodyState:
-    """A spacecraft at an instant."""
+    """A spacecraft at an instant.
+
+    model : with moved joints
+    pose : of its body axes
+    """
 
     model: SpacecraftModel
     pose: Pose
 
     def in_body(self, point: Array) -> Array:
-        """A point (3,) of ICRF axes in those of the body [m]."""
+        """(3,) a point in body axes [m].
+
+        point : (3,) in GCRF [m]
+        """
         return self.pose.R_icrf_from_body.T @ (point - self.pose.position)
 
     def encloses(self, point: Array) -> bool:
-        """Whether a point (3,) of ICRF axes [m] lies inside its skin."""
+        """Whether a point lies inside its skin.
+
+        point : (3,) in GCRF [m]
+        """
         mesh, place = self.model.posed_mesh, self.in_body(point)
         if norm(place - mesh.centre) > mesh.radius:
             return False
@@ -172,6 +189,7 @@ class BodyState:
 class CameraState:
     """A camera at an instant.
 
+    camera : lens, detector and settings
     position : (3,) of the pinhole [m]
     R_camera_from_icrf : (3, 3)
     velocity : (3,) relative to the Earth, ICRF axes [m s-1]; for the aberration of stars
@@ -199,7 +217,13 @@ class DirectLight:
 class SceneState:
     """Everything that an image depends on, at one instant.
 
+    Positions are those of GCRF.
+
     tai_ns : TAI nanoseconds since 1970-01-01T00:00:00 TAI
+    sun : its position, or its fixed direction and irradiance
+    bodies : spacecraft name to its pose and its model with moved joints
+    cameras : camera name to its pose and settings
+    lamps : with their poses
     earth : None for a scene in deep space
     moon : (3,) position of its centre [m]; None if the scenario fixes the Sun
     R_moon_from_icrf : (3, 3); None for a smooth Moon without seas
@@ -266,7 +290,9 @@ class SceneState:
         )
 
     def sunlit_share(self, point: Array) -> float:
-        """Fraction of the Sun's light, over all bands, that reaches a point (3,) [m].
+        """Fraction of the Sun's light, over all bands, that reaches a point.
+
+        point : (3,) in GCRF [m]
 
         A Sun without light has the fraction that it would have with equal light in each band.
         """
@@ -275,7 +301,10 @@ class SceneState:
         return float(weights @ self.sunlight(point) / weights.sum())
 
     def sunlight(self, point: Array) -> Array:
-        """(4,) fraction of the Sun's light that Earth, air and Moon let reach a point (3,) [m]."""
+        """(4,) fraction of the Sun's light that Earth, air and Moon let reach a point.
+
+        point : (3,) in GCRF [m]
+        """
         sun = self.sun.seen_from(point)
         share = self._past_earth(point, sun)
         if self.moon is not None:
@@ -284,7 +313,9 @@ class SceneState:
         return share
 
     def moonlight(self, point: Array) -> SunSeen | None:
-        """The Moon's light at a point (3,) [m] after Earth and atmosphere; None without a Moon.
+        """The Moon's light at a point after Earth and atmosphere; None without a Moon.
+
+        point : (3,) in GCRF [m]
 
         It is that of a uniform disc, at any phase.
         """
@@ -302,8 +333,10 @@ class SceneState:
         return replace(seen, irradiance=seen.irradiance * self._past_earth(point, seen))
 
     def direct_light(self, point: Array) -> DirectLight:
-        """The direct light on a spacecraft at a point (3,) [m]: the Sun, attenuated by Earth,
-        atmosphere and Moon, or the Moon if it gives more light, as in the Earth's shadow.
+        """The direct light on a spacecraft at a point: the Sun, attenuated by Earth, atmosphere and
+        Moon, or the Moon if it gives more light, as in the Earth's shadow.
+
+        point : (3,) in GCRF [m]
 
         If a lamp is much brighter than the Moon, the Moon remains the lesser light, for which no
         shadows are drawn.

@@ -150,6 +150,10 @@ def event_epochs(
 ) -> list[int]:
     """Epochs [TAI ns] between two at which the event begins.
 
+    scenario : whose laws of motion apply
+    kind : of the event
+    camera, target : names of the camera and of the spacecraft that the event is about
+    start_ns, stop_ns : first and last time that is tested [TAI ns]
     step_ns : between two tests of the condition; an event that ends sooner may be missed
 
     Raises ConfigError for a camera or target that the scenario does not have; ValueError for what

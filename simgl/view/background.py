@@ -5,7 +5,10 @@ A pinhole's axes: z boresight, x along columns, y along rows.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
+from functools import cache
+from operator import attrgetter
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -141,6 +144,8 @@ class SkyView:
 
     def with_edge(self, texels: int) -> tuple[Background, ...]:
         """The faces with so many texels along an edge."""
+        if texels == self.texels:
+            return self.faces
         intrinsics = _float32(_of_face(0.5 * texels))
         return tuple(replace(face, intrinsics=intrinsics) for face in self.faces)
 
@@ -365,11 +370,16 @@ def _background(
     )
 
 
+@cache
+def _values_of(kind: type) -> Callable[[Any], tuple[Any, ...]]:
+    """Reads all fields of a class of views, of which each has several."""
+    return attrgetter(*(field.name for field in fields(kind)))
+
+
 def _key(part: Any) -> tuple[object, ...]:
     """Every value of a view, in a form that can be compared."""
     key: list[object] = []
-    for field in fields(part):
-        value = getattr(part, field.name)
+    for value in _values_of(part.__class__)(part):
         if isinstance(value, np.ndarray):
             key.append(value.tobytes())
         elif isinstance(value, PlanetView | CelestialView | Moonlight):

@@ -19,6 +19,7 @@ def depth_slices(depths: Array) -> tuple[tuple[float, float], ...]:
     near = max(float(depths.min()) * 0.999, NEAREST)
     far = max(float(depths.max()) * 1.001, 2.0 * near)
     count = int(np.ceil(np.log(far / near) / np.log(SLICE_RATIO)))
-    edges = np.geomspace(near, far, count + 1)
+    # Of one slice its ends, for which numpy takes as long as for many.
+    edges = [near, far] if count == 1 else np.geomspace(near, far, count + 1).tolist()
     # Neighbours overlap by 1e-4, so that rounding leaves no crack between them.
-    return tuple((float(a), float(b) * 1.0001) for a, b in pairwise(edges))[::-1]
+    return tuple((a, b * 1.0001) for a, b in pairwise(edges))[::-1]

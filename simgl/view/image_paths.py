@@ -19,7 +19,7 @@ from simgl.scene.posed_mesh import PosedMesh, groups_of_parts
 from simgl.scene.state import CameraState, EarthState
 from simgl.view.exposure_parts import BackgroundPart, ExposurePart
 from simgl.view.row_clock import camera_from_body
-from simgl.view.snapshot_count import BENDS, LONGEST_UNEVEN, MIN_BEND
+from simgl.view.snapshot_count import BENDS, MIN_BEND
 
 # Nodes along the longer edge of a grid, and the least distance between them [px].
 _NODES, _NEAREST_NODES = 20, 4.0
@@ -55,13 +55,36 @@ class ImagePaths:
 
     @property
     def uneven(self) -> bool:
-        """Whether anything is far off an even motion through its middle, and goes not too far to be
-        swept pixel by pixel."""
-        if max(self.reach) > LONGEST_UNEVEN:
-            return False
+        """Whether anything is far off an even motion through its middle."""
         way = np.hypot(*np.moveaxis(self.nodes[..., :2], -1, 0))
         bend = 0.5 * np.hypot(*np.moveaxis(self.nodes[..., 2:], -1, 0))
         return bool(((bend > MIN_BEND) & (BENDS * bend > way)).any())
+
+    @property
+    def still(self) -> ImagePaths:
+        """Nothing moves."""
+        return replace(self, nodes=np.zeros_like(self.nodes))
+
+    def within(self, first: float, last: float) -> ImagePaths:
+        """The same from the middle of a part of the exposure on, which is then all of it.
+
+        first, last : exposure times from the snapshot's moment
+        """
+        v, a = np.split(self.nodes, 2, axis=-1)
+        span = last - first
+        nodes = np.concatenate([span * (v - (first + last) * a), span**2 * a], axis=-1)
+        return replace(self, nodes=nodes.astype(np.float32))
+
+    def box_of(self, first: float, last: float) -> tuple[Array, Array]:
+        """(2,) least and (2,) largest ways along x and y at times of a part of the exposure [px].
+
+        first, last : exposure times from the snapshot's moment
+        """
+        v, a = self.nodes.reshape(-1, 4).T.astype(np.float64).reshape(2, 2, -1)
+        ways = np.hstack([t * v - t**2 * a for t in (first, 0.5 * (first + last), last)])
+        # A parabola leaves its chords by a quarter of its bend at most.
+        bend = 0.0625 * (last - first) ** 2 * np.abs(a).max(axis=1)
+        return ways.min(axis=1) - bend, ways.max(axis=1) + bend
 
     def shortened(self, square: float) -> ImagePaths:
         """Ways whose squares are less by so much [px^2], 0 at least."""

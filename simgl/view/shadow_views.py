@@ -107,6 +107,7 @@ class ShadowView:
     close : of what the camera sees of it, where the wide map is too coarse for the image
     ahead : makes the maps of the nearest other direction of the grid, in the order of ``maps``: a
         Sun that goes on as it came needs them next
+    ahead_of : that direction
     """
 
     R_light_from_body: Array32
@@ -114,6 +115,7 @@ class ShadowView:
     wide: ShadowMap
     close: ShadowMap | None
     ahead: Callable[[], tuple[ShadowMap, ...]]
+    ahead_of: bytes
 
     @property
     def maps(self) -> tuple[ShadowMap, ...]:
@@ -218,6 +220,7 @@ def shadow_view(
         wide=wide,
         close=close[0] if close else None,
         ahead=lambda: maps_along(_light_axes(next_nearest)),
+        ahead_of=next_nearest.tobytes(),
     )
 
 

@@ -37,8 +37,9 @@ LONGEST_WAY_IN_ROWS = 60.0
 # How far the ends of a way may be off an even motion through its middle to be swept as one: so many
 # pixels in all, or one in so many of the way. A way that turns back is none from end to end.
 MIN_BEND, BENDS = 0.25, 4.0
-# The longest way of what is farther off, along which it is swept pixel by pixel [px].
-LONGEST_UNEVEN = 160.0
+# The longest way of what is farther off [px]. It is not at the middle of its way in the middle of
+# the exposure, when a snapshot shows other sides than are seen in the mean.
+LONGEST_UNEVEN = 250.0
 # Misplacement of the mean of an outline over the exposure, rms over its sides [px]. Half of the
 # 0.02 px that places of rows may be off.
 _MISPLACED = 0.01

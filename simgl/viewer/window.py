@@ -144,7 +144,7 @@ def opened_on_server(address: str, source: PreviewSource) -> Iterator[WindowSess
 def follow(address: str) -> None:
     """Show a running server's previews until the window is closed; see ``opened_on_server``.
 
-    Raises ConfigError where the bridge is not installed, BridgeError for what is no address.
+    Raises ConfigError where the bridge is not installed, BridgeError for what is not an address.
     """
     source = preview_source(address)
     run_when_idle()

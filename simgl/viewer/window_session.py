@@ -12,8 +12,8 @@ from typing import Any
 import glfw
 import moderngl
 
+from simgl.display_images import png_bytes
 from simgl.errors import OutputError
-from simgl.images import png_bytes
 from simgl.output import complete_file
 from simgl.video import mp4_file
 from simgl.viewer.overlay_boxes import BoxStyle

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from simgl.arrays import Array, Image8, UIntArray
-from simgl.images import srgb_from_linear
+from simgl.display_images import srgb_from_linear
 from simgl.motion.joints import body_from_stored
 from simgl.motion.orbits import keplerian_orbit
 from simgl.physics.constants import EARTH_MU

@@ -65,7 +65,7 @@ def changed(
     if kind.startswith("exposure "):
         kind = "exposure"
     if kind not in _COMMANDS:
-        raise ConfigError(_PAGE, kind, f"is no command; there are {', '.join(_COMMANDS)}")
+        raise ConfigError(_PAGE, kind, f"is not a command; there are {', '.join(_COMMANDS)}")
     return _COMMANDS[kind](settings, scenario, values)
 
 

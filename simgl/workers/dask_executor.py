@@ -162,7 +162,7 @@ def run_on_scheduler(job: Job[T], scheduler: str) -> Iterator[Execute[T]]:
     try:
         client = Client(scheduler, timeout=_CONNECT_S)
     except (OSError, ValueError) as error:
-        problem = f"is no scheduler that answers: {scheduler} ({_one_line(error)})"
+        problem = f"is not a scheduler that answers: {scheduler} ({_one_line(error)})"
         raise ConfigError("command line", "--scheduler", problem) from None
     with client:
         yield lambda frames: _run(client, job, frames)

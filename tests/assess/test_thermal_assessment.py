@@ -139,8 +139,8 @@ def test_reports_have_thermal_images_beside_visible_ones_and_temperatures(tmp_pa
 @pytest.mark.parametrize(
     ("more", "options", "line"),
     [
-        ("", ["--sweep", "f_number=2,4"], "--sweep goes with visible light"),
-        ("[uncertainty]\ndraws = 2\n", [], "uncertainty goes with visible light"),
+        ("", ["--sweep", "f_number=2,4"], "--sweep requires visible light"),
+        ("[uncertainty]\ndraws = 2\n", [], "uncertainty requires visible light"),
     ],
 )
 def test_what_goes_with_visible_light_is_refused_in_one_line(

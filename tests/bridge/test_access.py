@@ -14,7 +14,8 @@ import typer
 import zmq
 from simgl_bridge import AccessError, Client, ClientKeys
 from simgl_bridge.access import Access, make_keys
-from simgl_bridge.client_protocol import Call, ClientProtocol
+from simgl_bridge.client_call import Call
+from simgl_bridge.client_protocol import ClientProtocol
 from simgl_bridge.commands import keys
 from simgl_bridge.messages import Ping, Pong
 from typer.testing import CliRunner
@@ -99,8 +100,10 @@ def test_beyond_this_machine_only_with_keys_or_on_purpose(
 
 
 def test_halves_of_access_are_refused(ring: Ring, tmp_path: Path) -> None:
-    with pytest.raises(ConfigError, match="--keys goes together with --allow"):
+    with pytest.raises(ConfigError, match="--keys requires --allow"):
         Access(secret=ring.folder / "server.key_secret")
+    with pytest.raises(ConfigError, match="--allow requires --keys"):
+        Access(allowed=ring.folder)
     with pytest.raises(ConfigError, match="--insecure contradicts --keys"):
         Access(secret=ring.folder / "server.key_secret", allowed=ring.folder, insecure=True)
     with pytest.raises(ConfigError, match=r"--allow must be a folder with the \.key files"):
@@ -117,7 +120,7 @@ def test_a_key_on_the_list_that_cannot_be_read_is_named(ring: Ring, tmp_path: Pa
     damaged = tmp_path / "old.key"
     good = (ring.folder / "stranger.key").read_text()
     for text, problem in (
-        ("not a key\n", "is no key file; simgl keys makes them"),
+        ("not a key\n", "is not a key file; simgl keys makes them"),
         (good.rstrip('"\n')[:-3] + '"\n', "holds a key that is cut off or damaged"),
     ):
         damaged.write_text(text)

@@ -7,9 +7,18 @@ import time
 import pytest
 import zmq
 from simgl_bridge import NoAnswerError, RemoteError
-from simgl_bridge.client_protocol import Call, ClientProtocol
+from simgl_bridge.client_call import Call
+from simgl_bridge.client_protocol import ClientProtocol
 from simgl_bridge.framing import pack
-from simgl_bridge.messages import Bye, Error, Message, Next, Ping, Pong, Shot
+from simgl_bridge.message_parts import Shot
+from simgl_bridge.messages import (
+    Bye,
+    Error,
+    Message,
+    Next,
+    Ping,
+    Pong,
+)
 
 
 @pytest.fixture

@@ -137,7 +137,7 @@ def test_a_launched_server_ends_with_the_process_that_launched_it(scenario_path:
 
 
 def test_a_malformed_address_is_named() -> None:
-    with pytest.raises(BridgeError, match=r"^nonsense: is no address"):
+    with pytest.raises(BridgeError, match=r"^nonsense: is not an address"):
         Client("nonsense")
 
 
@@ -274,7 +274,7 @@ def test_basilisk_stays_on_this_machine_whatever_is_said() -> None:
 )
 def test_an_option_that_basilisk_alone_would_ignore_is_refused(option: str, value: object) -> None:
     said: dict[str, Any] = {option: value}
-    with pytest.raises(ConfigError, match=rf"--{option.replace('_', '-')} goes with --address"):
+    with pytest.raises(ConfigError, match=rf"--{option.replace('_', '-')} requires --address"):
         serve(basilisk="tcp://127.0.0.1:5556", **said)
 
 
@@ -324,7 +324,7 @@ def test_the_loopback_may_be_that_of_ip_version_6(
         ("tcp://127.0.0.1:70000", "a port is at most 65535"),
         ("ipc://@simgl", "an abstract name has no file permissions"),
         ("ipc:///no/such/folder/simgl", "its folder does not exist"),
-        ("ipc://", "something that is no socket stands there"),
+        ("ipc://", "something other than a socket is there"),
         ("ipc://*", "a socket needs a name of its own"),
         ("ipc:///tmp/" + "x" * 110, "longer than 107 bytes"),
     ],
@@ -336,7 +336,7 @@ def test_an_address_that_cannot_be_is_refused(address: str, reason: str) -> None
 
 def test_a_file_is_not_replaced_by_a_socket(tmp_path: Path) -> None:
     (tmp_path / "notes.txt").write_text("keep me")
-    with pytest.raises(ConfigError, match="something that is no socket stands there"):
+    with pytest.raises(ConfigError, match="something other than a socket is there"):
         check_bindable(f"ipc://{tmp_path / 'notes.txt'}")
     assert (tmp_path / "notes.txt").read_text() == "keep me"
 

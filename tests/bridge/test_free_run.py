@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from simgl_bridge import Client, RemoteError, Shot, Watch
+from simgl_bridge import Client, PreviewClient, RemoteError, Shot
 from simgl_bridge.free_run import StateStream
 from simgl_bridge.messages import State
 from simgl_bridge.preview import PreviewImage
@@ -109,7 +109,7 @@ def test_a_monitor_shows_previews_and_says_what_it_left_out(
     seen: list[PreviewImage] = []
     with (
         Client(running.address, timeout_s=limit(20.0)) as client,
-        Watch(address, timeout_s=0.2) as previews,
+        PreviewClient(address, timeout_s=0.2) as previews,
     ):
         # A subscriber that has just come misses what is published before it is known.
         step = 0
@@ -135,7 +135,7 @@ def test_a_subscriber_that_reads_nothing_holds_up_nobody(
     running = start_server(scenario, monitor="tcp://127.0.0.1:*")
     address = running.front.summary.partition("previews at ")[2].partition(" ")[0]
     with (
-        Watch(address) as lazy,
+        PreviewClient(address) as lazy,
         Client(running.address, timeout_s=limit(20.0)) as client,
     ):
         client.render(scenario.epoch_tai_ns, "nav")

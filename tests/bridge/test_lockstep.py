@@ -12,7 +12,8 @@ from msgspec import msgpack, structs
 from simgl_bridge import BodyPose, Client, RemoteError
 from simgl_bridge.framing import pack
 from simgl_bridge.hashes import state_hash
-from simgl_bridge.messages import Message, Render, SentPose, Shot
+from simgl_bridge.message_parts import SentPose, Shot
+from simgl_bridge.messages import Message, Render
 from simgl_bridge.render_request import requested_state
 
 from simgl import Product, Scenario, Simulator, scenario_from_dict

@@ -11,7 +11,13 @@ import pytest
 from simgl_bridge.client_sessions import MAX_REPLIES_PER_CLIENT, ReplyCache
 from simgl_bridge.framing import BadMessageError, pack, unpack_reply, unpack_request
 from simgl_bridge.hashes import state_hash
-from simgl_bridge.messages import Hello, Images, Ping, Render, SentPose, SentSun, Shot
+from simgl_bridge.message_parts import SentPose, SentSun, Shot
+from simgl_bridge.messages import (
+    Hello,
+    Images,
+    Ping,
+    Render,
+)
 
 from simgl.errors import BridgeError
 

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import zstandard
 from simgl_bridge import Client, RemoteError, Shot
-from simgl_bridge.messages import Plane
+from simgl_bridge.message_parts import Plane
 from simgl_bridge.plane_compression import decompressed
 
 from simgl import Product, Scenario, Simulator, load_scenario

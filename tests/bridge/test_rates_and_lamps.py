@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from simgl_bridge import BodyPose, Client, RemoteError
 from simgl_bridge.hashes import state_hash
-from simgl_bridge.messages import SentPose
+from simgl_bridge.message_parts import SentPose
 
 from simgl import Scenario, load_scenario
 from simgl.arrays import Array

@@ -16,7 +16,8 @@ from simgl_bridge.basilisk.camera_overrides import load_camera_files
 from simgl_bridge.commands import serve
 from simgl_bridge.describe_scene import served_scene
 from simgl_bridge.framing import BadMessageError
-from simgl_bridge.messages import Render, SentPose
+from simgl_bridge.message_parts import SentPose
+from simgl_bridge.messages import Render
 from simgl_bridge.render_request import requested_state
 from simgl_bridge.validate_request import check_request
 

@@ -211,8 +211,8 @@ def test_a_record_that_is_damaged_is_named(tmp_path: Path) -> None:
 def test_what_is_no_session_is_said(tmp_path: Path) -> None:
     path = tmp_path / "x.simgl-session"
     for content, problem in (
-        (b"", "is no recorded session"),
-        (b"nonsense" * 9, "is no recorded session"),
+        (b"", "is not a recorded session"),
+        (b"nonsense" * 9, "is not a recorded session"),
         (b"simgl session 2\n", "has another version, or is damaged"),
         (MAGIC, "does not say what was served; nothing was recorded"),
     ):
@@ -275,9 +275,9 @@ def test_a_folder_that_cannot_be_written_is_one_line(tmp_path: Path, scenario_pa
     (tmp_path / "taken").write_text("a file")
     with pytest.raises(BridgeError, match=r"taken: cannot be written \(File exists\)$"):
         serve(scenario_path, record=tmp_path / "taken")
-    with pytest.raises(ConfigError, match="--record-images goes with --record"):
+    with pytest.raises(ConfigError, match="--record-images requires --record"):
         serve(scenario_path, record_images=True)
-    with pytest.raises(ConfigError, match="--record goes with --address"):
+    with pytest.raises(ConfigError, match="--record requires --address"):
         serve(None, basilisk="tcp://127.0.0.1:*", record=tmp_path)
 
 

@@ -98,7 +98,7 @@ def test_bad_states_are_refused_in_one_line(running: Running) -> None:
         with pytest.raises(RemoteError, match=r"NO_THERMAL_STATE.*thermal_from .*not remembered"):
             shadowed(client, 0.0, "0" * 32)
         now = client.welcome.epoch_tai_ns
-        with pytest.raises(RemoteError, match="goes with a thermal camera"):
+        with pytest.raises(RemoteError, match="requires a thermal camera"):
             client.render(now, "nav", seek=True, thermal_from=later)
         for camera, product in (("nav", "temperature"), ("infrared", "electrons")):
             with pytest.raises(RemoteError, match=rf"products.0. .*{camera}"):

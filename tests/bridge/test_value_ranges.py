@@ -11,15 +11,13 @@ from typing import Annotated, Any
 import msgspec
 import pytest
 from simgl_bridge.framing import BadMessageError, unpack_reply
+from simgl_bridge.message_parts import SentPose, SentSun, Shot
 from simgl_bridge.messages import (
     Configure,
     Message,
     Next,
     Ping,
     Render,
-    SentPose,
-    SentSun,
-    Shot,
     State,
     Stats,
 )

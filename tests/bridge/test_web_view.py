@@ -94,8 +94,8 @@ def test_a_page_that_cannot_be_bound_ends_the_server_with_a_line(scenario_path: 
 @pytest.mark.parametrize(
     ("options", "reason"),
     [
-        (["--web-token", "t"], "--web-token goes with --web"),
-        (["--web", "--root", "."], "--web shows one scenario"),
+        (["--web-token", "t"], "--web-token requires --web"),
+        (["--web", "--root", "."], "--web is not allowed with --root"),
         (["--web", "--web-address", "0.0.0.0:80"], "needs --web-token FILE"),
         (["--web", "--restart", "--web-address", "127.0.0.1:*"], "--restart needs a --web-address"),
     ],

@@ -390,7 +390,7 @@ DAMAGES: list[tuple[str, str, str, str]] = [
         KALIBR,
         "  distortion_model: radtan\n",
         "",
-        ": cam0.distortion_coeffs goes with a distortion_model: radtan or equidistant",
+        ": cam0.distortion_coeffs requires a distortion_model: radtan or equidistant",
     ),
     (
         KALIBR.replace("[458", "[-1.0, 458")
@@ -463,7 +463,7 @@ def test_a_damaged_file_is_refused_in_one_line(
         ({"principal_point_px": [90.0]}, "principal_point_px must be a list of length 2"),
         (
             {"optics": {"distortion": {"model": "fisheye", "p1": 0.1}}},
-            'optics.distortion.p1 goes with model = "pinhole", not',
+            'optics.distortion.p1 requires model = "pinhole", got',
         ),
         (
             {"optics": {"distortion": {"model": "double_sphere", "xi": 0.1}}},
@@ -471,7 +471,7 @@ def test_a_damaged_file_is_refused_in_one_line(
         ),
         (
             {"optics": {"distortion": {"xi": 0.1}}},
-            'optics.distortion.xi goes with model = "double_sphere", not',
+            'optics.distortion.xi requires model = "double_sphere", got',
         ),
         ({"optics": {"distortion": {"model": "brown"}}}, "optics.distortion.model must be one of "),
     ],

@@ -9,8 +9,8 @@ from simgl.arrays import Array32
 from simgl.camera.camera import Camera
 from simgl.camera.demosaic import demosaic, develop, mosaic_masks
 from simgl.camera.detector import ORDERS, Detector, Mosaic
+from simgl.display_images import display_from_dn
 from simgl.figures.displays import thumbnail_from_dn
-from simgl.images import display_from_dn
 from simgl.physics.spectrum import black_body_light
 from tests.passes.exposures import camera
 

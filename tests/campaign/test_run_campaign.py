@@ -140,7 +140,7 @@ def test_a_lost_worker_and_a_killed_campaign_lose_nothing(tmp_path: Path) -> Non
         ("[draw]", "write = []\n[draw]", "write must name at least one kind"),
         ("[draw]", 'write = ["gif"]\n[draw]', "write[0] must be one of"),
         ("[draw]", "[draw]\nazimuth_deg = 3.0", "azimuth_deg contradicts direction"),
-        ("[draw]", "[draw]\nelevation_deg = 3.0", "elevation_deg goes with azimuth_deg"),
+        ("[draw]", "[draw]\nelevation_deg = 3.0", "elevation_deg requires azimuth_deg"),
         ("[draw]", "[draw]\nattitude_error_deg = 3.0", "attitude_error_deg contradicts attitude"),
         ("[draw]", "[draw]\noffset_x = 1.5", "offset_x must lie in -1..1, got 1.5"),
         ("[draw]", "[draw]\nf_number = { uniform = [3, 2] }", "f_number.uniform must give the lo"),
@@ -182,7 +182,7 @@ def test_contradictory_options_and_other_campaigns_are_refused(
     assert run(monkeypatch, path, "--out", out, "--workers", "2", "--scheduler", "tcp://x:1") == 2
     assert "--scheduler brings its own workers" in capsys.readouterr().err
     assert run(monkeypatch, path, "--out", out, "--scheduler", "nowhere") == 2
-    assert "--scheduler is no scheduler that answers: nowhere" in capsys.readouterr().err
+    assert "--scheduler is not a scheduler that answers: nowhere" in capsys.readouterr().err
     assert run(monkeypatch, path, "--out", out) == 0
     path.write_text(head.replace("seed = 5", "seed = 6") + DRAW)
     before = contents(out)

@@ -16,8 +16,8 @@ from PIL import Image
 
 from simgl import __version__, cli
 from simgl.commands import application
+from simgl.display_images import display_from_radiance
 from simgl.errors import OutputError
-from simgl.images import display_from_radiance
 from simgl.mono12p import unpack_mono12p
 from simgl.output import complete_file, write_capture
 from simgl.physics.frames import matrix_from_quaternion

@@ -106,7 +106,7 @@ def test_the_device_comes_from_the_environment(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setenv("SIMGL_DEVICE", "first")
     with pytest.raises(ContextError) as caught:
         open_context()
-    assert caught.value.reason == 'SIMGL_DEVICE is no device index: "first"'
+    assert caught.value.reason == 'SIMGL_DEVICE is not a device index: "first"'
     assert caught.value.remedy == "set it to 0, 1, ..."
 
 

@@ -1,4 +1,4 @@
-"""The package's own source as syntax trees."""
+"""The source of the packages as syntax trees."""
 
 from __future__ import annotations
 
@@ -9,11 +9,12 @@ from functools import cache, cached_property
 from pathlib import Path
 
 PACKAGE = Path(__file__).parents[2] / "simgl"
+BRIDGE = PACKAGE.parent / "bridge" / "simgl_bridge"
 
 
 @dataclass(frozen=True)
 class Module:
-    """One file of the package.
+    """One file of a package.
 
     name : dotted, e.g. ``simgl.physics.frames``; a package goes by its folder
     """
@@ -38,13 +39,18 @@ class Module:
 
 
 @cache
-def modules() -> tuple[Module, ...]:
-    """Every Python file of the package, read and parsed once for all tests."""
+def modules(package: Path = PACKAGE) -> tuple[Module, ...]:
+    """Every Python file of ``simgl`` or another package, read and parsed once for all tests."""
     files = []
-    for path in sorted(PACKAGE.rglob("*.py")):
-        parts = path.relative_to(PACKAGE.parent).with_suffix("").parts
+    for path in sorted(package.rglob("*.py")):
+        parts = path.relative_to(package.parent).with_suffix("").parts
         files.append(Module(".".join(p for p in parts if p != "__init__"), path))
     return tuple(files)
+
+
+def shipped_modules() -> tuple[Module, ...]:
+    """Every Python file of the wheel's packages."""
+    return modules() + modules(BRIDGE)
 
 
 def imports(module: Module) -> Iterator[str]:

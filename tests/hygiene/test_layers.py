@@ -31,9 +31,9 @@ LAYERS = (
     ("disk_cache", "file_cache", "gpu", "physics"),
     ("config", "display_colours", "environment_map", "motion", "value_checks"),
     ("camera", "glossy_sky"),
-    ("images", "mono12p", "products", "scene"),
-    ("flash_lidar", "model_files", "rays"),
-    ("radiosity", "scenario"),
+    ("display_images", "mono12p", "products", "scene"),
+    ("images", "model_files", "rays"),
+    ("flash_lidar", "radiosity", "scenario"),
     ("thermal", "view"),
     ("passes",),
     ("rendering",),
@@ -86,12 +86,15 @@ SHARED_PASSES = {
     "simgl.passes.caster_planes",
     "simgl.passes.caster_slabs",
     "simgl.passes.drawn_spacecraft",
+    "simgl.passes.even_squares",
     "simgl.passes.mesh_store",
     "simgl.passes.outline_program",
     "simgl.passes.shading_points",
     "simgl.passes.shared_blocks",
+    "simgl.passes.tasks_ahead",
     "simgl.passes.texture_store",
     "simgl.passes.vertex_sums",
+    "simgl.passes.view_blocks",
 }
 
 

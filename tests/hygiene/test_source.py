@@ -11,14 +11,16 @@ from pathlib import Path
 import pytest
 
 import simgl
-from tests.hygiene.source import PACKAGE, imports, modules
+from tests.hygiene.source import PACKAGE, imports, modules, shipped_modules
 
 LONGEST = 450  # lines
 
-# Commands and the window talk to the person who started them; everything else returns or raises.
+# Commands, servers and the window talk to the person who started them; everything else returns or
+# raises.
 SPEAKERS = {
     "simgl.cli_progress", "simgl.commands.application", "simgl.commands.command_line",
-    "simgl.viewer.window_session"
+    "simgl.viewer.window_session", "simgl_bridge.server", "simgl_bridge.serving",
+    "simgl_bridge.web_process",
 }  # fmt: skip
 
 # Modules whose import needs a display or starts the program.
@@ -46,7 +48,7 @@ def test_all_of_simgl_is_sorted_and_is_what_can_be_imported() -> None:
 
 
 def test_a_modules_all_is_sorted_and_real() -> None:
-    for module in modules():
+    for module in shipped_modules():
         if "__all__" not in module.text or module.name in _NOT_IMPORTED:
             continue
         loaded = import_module(module.name)
@@ -56,7 +58,7 @@ def test_a_modules_all_is_sorted_and_real() -> None:
 
 
 def test_every_module_says_what_it_is() -> None:
-    for module in modules():
+    for module in shipped_modules():
         docstring = ast.get_docstring(module.tree)
         assert docstring, module.name
         first = docstring.splitlines()[0]
@@ -66,7 +68,7 @@ def test_every_module_says_what_it_is() -> None:
 def test_every_public_function_and_class_says_what_it_does() -> None:
     silent = [
         f"{module.name}: {name}"
-        for module in modules()
+        for module in shipped_modules()
         for name, node in public_definitions(module.tree.body)
         if not ast.get_docstring(node)
     ]
@@ -74,14 +76,14 @@ def test_every_public_function_and_class_says_what_it_does() -> None:
 
 
 def test_no_module_is_longer_than_a_few_pages() -> None:
-    lengths = {m.name: m.text.count("\n") for m in modules()}
+    lengths = {m.name: m.text.count("\n") for m in shipped_modules()}
     assert not {name: lines for name, lines in lengths.items() if lines > LONGEST}
 
 
 def test_only_what_a_person_started_prints() -> None:
     calls = [
         f"{module.name}:{node.lineno}"
-        for module in modules()
+        for module in shipped_modules()
         if module.name not in SPEAKERS
         for node in ast.walk(module.tree)
         if isinstance(node, ast.Call)
@@ -92,7 +94,7 @@ def test_only_what_a_person_started_prints() -> None:
 
 
 def test_no_except_is_bare_or_passes_in_silence() -> None:
-    for module in modules():
+    for module in shipped_modules():
         for node in ast.walk(module.tree):
             if isinstance(node, ast.ExceptHandler):
                 place = f"{module.name}:{node.lineno}"
@@ -104,7 +106,7 @@ def test_no_except_is_bare_or_passes_in_silence() -> None:
 def test_noise_never_takes_its_seed_from_the_clock() -> None:
     # Counter-based noise in shaders, a generator given as an argument elsewhere.
     unseeded = re.compile(r"default_rng\(\s*\)|np\.random\.(?!Generator|default_rng)")
-    assert not [m.name for m in modules() if unseeded.search(m.text)]
+    assert not [m.name for m in shipped_modules() if unseeded.search(m.text)]
 
 
 @pytest.mark.parametrize("folder", ["shaders", "models"])
@@ -116,7 +118,7 @@ def test_data_folders_hold_no_python(folder: str) -> None:
 def test_no_left_over_marks() -> None:
     marks = re.compile(r"\b(TODO|FIXME|XXX|HACK)\b")
     root = PACKAGE.parent
-    files: list[Path] = [m.path for m in modules()]
+    files: list[Path] = [m.path for m in shipped_modules()]
     files += [p for p in (root / "shaders").rglob("*") if p.is_file()]
     assert not [str(p.relative_to(root)) for p in files if marks.search(p.read_text("utf-8"))]
 

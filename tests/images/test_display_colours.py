@@ -11,7 +11,7 @@ import pytest
 
 from simgl.arrays import Array
 from simgl.display_colours import SRGB_FROM_RGBN, WHITE_RADIANCE
-from simgl.images import display_from_radiance
+from simgl.display_images import display_from_radiance
 from simgl.physics.spectrum import planck_radiance
 
 WAVELENGTH: Array = np.arange(400.5, 700.0)  # [nm]

@@ -11,7 +11,7 @@ from PIL import Image
 
 from simgl.camera.demosaic import develop
 from simgl.display_colours import WHITE_RADIANCE
-from simgl.images import (
+from simgl.display_images import (
     contact_sheet,
     display_from_dn,
     display_from_radiance,

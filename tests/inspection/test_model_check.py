@@ -74,10 +74,10 @@ def test_a_triangle_without_area_is_counted(cube: Callable[..., str]) -> None:
     ("side", "unit_m", "guess"),
     [
         (10.0, None, None),
-        (4500.0, None, "4500 m is no spacecraft's size; 4.5 m if in millimetres: unit = \"mm\""),
+        (4500.0, None, "4500 m is not a spacecraft's size; 4.5 m if in millimetres: unit = \"mm\""),
         (4500.0, 0.001, None),
-        (0.012, None, "0.012 m is no spacecraft's size; 12 m if in kilometres: unit = \"km\""),
-        (1e-9, None, "1e-09 m is no spacecraft's size, and no usual unit makes it one"),
+        (0.012, None, "0.012 m is not a spacecraft's size; 12 m if in kilometres: unit = \"km\""),
+        (1e-9, None, "1e-09 m is not a spacecraft's size, and no usual unit makes it one"),
     ],
 )  # fmt: skip
 def test_the_unit_is_guessed_where_metres_do_not_fit(

@@ -9,6 +9,8 @@ import inspect
 import re
 import subprocess
 import sys
+from collections.abc import Callable, Iterator
+from enum import Enum
 from pathlib import Path
 
 import numpy as np
@@ -51,7 +53,7 @@ LARGER_EXAMPLES_USE = {
     "simgl.ros2.run_messages",
     "simgl.sequence.event_stream",
     "simgl.video",
-    "simgl_bridge.messages",
+    "simgl_bridge.message_parts",
 }
 
 
@@ -104,6 +106,43 @@ def test_a_public_name_has_a_docstring_and_an_example(name: str) -> None:
     assert re.search(rf"\b{name}\b", shown), f"docs/python.md shows no use of {name}"
 
 
+def public_callables() -> Iterator[tuple[str, Callable[..., object], str]]:
+    """Name, signature's owner and docstring of what the page documents, with public methods."""
+    named = [(p, name) for p in (simgl, simgl_bridge) for name in p.__all__ if name[0] != "_"]
+    for module in map(importlib.import_module, sorted(PUBLIC_MODULES - {"simgl.arrays"})):
+        defined = (n for n, v in vars(module).items() if inspect.getmodule(v) is module)
+        named += [(module, name) for name in defined if name[0] != "_" and name.isidentifier()]
+    for package, name in named:
+        item = getattr(package, name)
+        if not callable(item) or (inspect.isclass(item) and issubclass(item, Enum)):
+            continue
+        yield f"{package.__name__}.{name}", item, item.__doc__ or ""
+        for method, function in vars(item).items() if inspect.isclass(item) else ():
+            plain = function.__func__ if isinstance(function, classmethod) else function
+            if inspect.isfunction(plain) and method[0] != "_":
+                yield f"{package.__name__}.{name}.{method}", plain, plain.__doc__ or ""
+
+
+@pytest.mark.parametrize(
+    ("item", "text"), [pytest.param(i, t, id=name) for name, i, t in public_callables()]
+)
+def test_every_parameter_of_the_public_interface_is_described(
+    item: Callable[..., object], text: str
+) -> None:
+    # "info" of a frame is described once, in its module; keywords of a dictionary one by one.
+    not_described = {"self", "cls", "info"}
+    described = {
+        name.strip()
+        for line in re.findall(r"^ *([\w, ]+) : ", text, re.M)
+        for name in line.split(",")
+    }
+    # An exception without parameters of its own takes those of all exceptions.
+    plain = inspect.isclass(item) and "__init__" not in vars(item) and issubclass(item, Exception)
+    parameters = [] if plain else list(inspect.signature(item).parameters.values())
+    named = {p.name for p in parameters if p.kind is not p.VAR_KEYWORD}
+    assert not named - described - not_described
+
+
 @pytest.mark.usefixtures("gl")
 def test_the_examples_of_the_page_run(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
@@ -145,6 +184,15 @@ def test_larger_examples_import_few_inner_modules() -> None:
         importlib.import_module(module)
 
 
+def test_pages_import_modules_that_the_page_of_the_interface_names() -> None:
+    pages = [*(ROOT / "docs").glob("*.md"), *(ROOT / "docs" / "howto").glob("*.md")]
+    texts = "\n".join(page.read_text() for page in pages)
+    used = set(re.findall(r"^from (simgl\.[\w.]+) import", texts, re.M))
+    assert used
+    for module in used:
+        assert f"`{module}." in PAGE.read_text(), module
+
+
 def test_the_readme_imports_public_names_only() -> None:
     text = (ROOT / "README.md").read_text()
     for names in re.findall(r"^from simgl import (.*)$", text, re.M):
@@ -164,6 +212,8 @@ def test_importing_simgl_loads_neither_numpy_nor_opengl() -> None:
 def test_a_renamed_name_says_what_it_is_called_now() -> None:
     with pytest.raises(AttributeError, match=r"simgl\.Exposure is now simgl\.Capture"):
         simgl.Exposure  # noqa: B018
+    with pytest.raises(AttributeError, match=r"Watch is now simgl_bridge\.PreviewClient"):
+        simgl_bridge.Watch  # noqa: B018
 
 
 def test_help_imports_nothing_that_computes() -> None:

@@ -170,7 +170,7 @@ def test_a_model_for_no_spacecraft_is_refused() -> None:
 
 def test_keys_of_a_file_do_not_go_with_a_model_in_memory() -> None:
     cube = model_from_mesh(cuboid())
-    with pytest.raises(ConfigError, match="unit goes with a mesh file"):
+    with pytest.raises(ConfigError, match="unit is allowed only for a mesh file"):
         scenario_from_dict(tables({"unit": "mm"}), models={"cube": cube})
 
 

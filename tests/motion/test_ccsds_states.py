@@ -89,7 +89,7 @@ def test_a_state_in_xml(tmp_path: Path) -> None:
 
 
 def test_a_state_has_no_samples(tmp_path: Path) -> None:
-    with pytest.raises(ConfigError, match="is an OPM, which has no samples; longest_gap_s goes"):
+    with pytest.raises(ConfigError, match="is an OPM, which has no samples; longest_gap_s req"):
         read_path(written(tmp_path, opm()), EPOCH, longest_gap_s=5.0)
 
 

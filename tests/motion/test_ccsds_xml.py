@@ -84,7 +84,7 @@ def test_a_combined_message_serves_both_keys(tmp_path: Path) -> None:
 
 
 def test_a_message_of_another_kind_is_named(tmp_path: Path) -> None:
-    with pytest.raises(ConfigError, match=r"line 1: <omm> is no message that is read here; did"):
+    with pytest.raises(ConfigError, match=r"line 1: <omm> is not a message that is read here; did"):
         read_path(written(tmp_path, "<omm></omm>"), EPOCH)
     with pytest.raises(ConfigError, match="holds attitudes; give it as attitude_file"):
         read_path(written(tmp_path, in_xml("aem", AEM)), EPOCH)

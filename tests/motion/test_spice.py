@@ -310,14 +310,17 @@ def test_a_spacecraft_follows_its_kernels(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "complaint"),
     [
-        ("naif_id = -999, ", "", "trajectory.span_s goes with naif_id"),
-        ("naif_id = -999, span_s = [0.0, 300.0]", "object = 'a'", "is a SPICE kernel; a meta"),
-        ('file = "mission.tm", naif', 'file = "a.tf", naif', "a.tf: is no SPICE meta-kernel"),
+        ("naif_id = -999, ", "", "trajectory.span_s requires naif_id"),
+        ("naif_id = -999, span_s = [0.0, 300.0]", "object = 'a'",
+         "is a SPICE kernel; give a meta-kernel"),
+        ('file = "mission.tm", naif', 'file = "a.tf", naif', "a.tf: is not a SPICE meta-kernel"),
         ('file = "mission.tm", naif', 'file = "a.bsp", naif', "a.bsp: is one SPICE kernel; "),
-        ("naif_id", "frame = 'x', naif_id", "trajectory.frame goes with attitude_file"),
-        ("naif_id", "object = 'x', naif_id", "trajectory.object goes with files of several"),
+        ("naif_id", "frame = 'x', naif_id", "trajectory.frame is allowed only in attitude_file"),
+        ("naif_id", "object = 'x', naif_id",
+         "trajectory.object is allowed only for files of several objects; SPICE has naif_id and"),
         ("span_s = [0.0, 300.0]", "span_s = [3.0, 3.0]", "trajectory.span_s must begin before"),
-        ('frame = "TEST_BODY"', "naif_id = -999", "attitude_file.naif_id goes with trajectory"),
+        ('frame = "TEST_BODY"', "naif_id = -999",
+         "attitude_file.naif_id is allowed only in trajectory"),
     ],
 )  # fmt: skip
 def test_contradictions_are_one_line(folder: Path, old: str, new: str, complaint: str) -> None:

@@ -121,5 +121,5 @@ def test_one_kind_for_the_other_is_named(tmp_path: Path) -> None:
         read_path(written(tmp_path, STK_ATTITUDE), EPOCH)
     with pytest.raises(ConfigError, match="holds an orbit; give it as trajectory"):
         sampled_attitude(written(tmp_path, stk_ephemeris()))
-    with pytest.raises(ConfigError, match='is an STK file of one object; object = "a" goes with'):
+    with pytest.raises(ConfigError, match='is an STK file of one object; object = "a" requires'):
         read_path(written(tmp_path, stk_ephemeris()), EPOCH, name="a")

@@ -13,7 +13,7 @@ def test_each_page_tells_its_block_and_layer(shape: tuple[int, int]) -> None:
     """Blocks of an image of 16384 pixels, up to 16 layers each, some without any."""
     counts = np.random.default_rng(1).integers(0, 17, shape).astype(np.uint8)
     counts[-1, -1] = 16
-    entries, first = page_table(counts)
+    entries, first, _ = page_table(counts)
     pages = entries.ravel()
     total = int(counts.sum())
     assert entries.shape == (-(-total // ENTRIES), ENTRIES)
@@ -28,7 +28,7 @@ _FIELDS = ((13, 0x1FFF), (0, 0x1FFF), (26, 15))
 
 
 def test_no_block_asks_for_a_page() -> None:
-    entries, first = page_table(np.zeros((4, 6), dtype=np.uint8))
+    entries, first, _ = page_table(np.zeros((4, 6), dtype=np.uint8))
     assert not entries.any()
     assert not first.any()
     assert entries.shape == (1, ENTRIES)

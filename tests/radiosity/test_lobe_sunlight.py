@@ -10,13 +10,13 @@ import pytest
 
 from simgl.radiosity.bake import bake
 from simgl.radiosity.glossy_places import GlossyPlaces
-from simgl.radiosity.near_means import gather_places
 from simgl.radiosity.precomputed_response import PrecomputedResponse
 from simgl.radiosity.reflection_laws import hemispherical_albedo, reflection_laws
 from simgl.radiosity.remesh import subdivided
 from simgl.radiosity.solver import reflectors
 from simgl.radiosity.sunlit_patches import SunlitPatches, direction_of
 from simgl.scene.materials import Material
+from simgl.scene.mesh import Mesh
 from simgl.scene.surface_layers import Coat
 from tests.radiosity.glossy_walls import (
     APART,
@@ -35,7 +35,7 @@ from tests.radiosity.glossy_walls import (
     midpoints,
     towards,
 )
-from tests.radiosity.shapes import Quad, quads
+from tests.radiosity.shapes import Point, Quad, joined, quads
 
 
 @pytest.mark.parametrize("wall", [WALL, APART], ids=["on the plate", "apart"])
@@ -187,6 +187,39 @@ def test_light_made_in_parts_is_that_made_at_once() -> None:
     np.testing.assert_array_equal(at_once.nodes, in_parts.nodes)
 
 
+@pytest.mark.parametrize("edge", [0.5, 0.25])
+def test_plane_metal_sends_no_vertex_more_than_the_suns_own_light(edge: float) -> None:
+    """A matt block is sunk into a metal plate of which a rim of 3 cm is left. Plane metal shows the
+    Sun's mirror image at most: 1 W/m2. The places of buried vertices in place of those where rays
+    start, and lobes narrower than what a place covers, gave the foot of the block 1.9 to 2.8."""
+    blocks = _block((0, 0, -0.1), (1, 1, 0), 0), _block((0.03, 0.03, -0.05), (0.97, 0.97, 0.6), 1)
+    mesh = subdivided(joined(*blocks), edge)
+    transport = bake(mesh, open_sheets=False, settings=SETTINGS)
+    assert transport is not None
+    surface = reflectors(transport, [WIDE["alpha 0.2"], BLACK])
+    response = PrecomputedResponse(transport, surface, SunlitPatches(transport))
+    for elevation in (5.0, 10.0, 20.0, 30.0, 60.0):
+        for azimuth in (0.0, 20.0, 40.0):
+            sun = towards(elevation, azimuth)
+            assert response.of_sun_at_vertices(sun, np.ones(4)).vertices.max() < 1.0
+
+
+def _block(low: Point, high: Point, material: int) -> Mesh:
+    """A closed box."""
+    (x, y, z), (X, Y, Z) = low, high
+    faces: list[Quad] = [
+        ((x, y, Z), (X, y, Z), (X, Y, Z), (x, Y, Z)),
+        ((x, y, z), (x, Y, z), (X, Y, z), (X, y, z)),
+        ((x, y, z), (X, y, z), (X, y, Z), (x, y, Z)),
+        ((x, Y, z), (x, Y, Z), (X, Y, Z), (X, Y, z)),
+        ((x, y, z), (x, y, Z), (x, Y, Z), (x, Y, z)),
+        ((X, y, z), (X, Y, z), (X, Y, Z), (X, y, Z)),
+    ]
+    box = quads(faces)
+    worn = np.full_like(box.material, material)
+    return replace(box, material=worn, part=worn)
+
+
 def test_directions_from_a_bent_patch_agree_with_their_heights_above_it() -> None:
     """Places that touch a post see patches of it from behind their middles. A height raised above
     the plane without its direction made half vectors too short: light of ten Suns."""
@@ -200,13 +233,12 @@ def test_directions_from_a_bent_patch_agree_with_their_heights_above_it() -> Non
     laws = reflection_laws([BLACK] + [WIDE["alpha 0.2"]] * len(sides))
     places = GlossyPlaces(transport, laws)
     seen = transport.sun_gather.tocsr()[:, places.glossy].tocoo()
-    at, normals = (values[: seen.shape[0]] for values in gather_places(transport))
-    pairs = places.pairs(seen, at, normals)
-    normal = np.repeat(places.normals, np.diff(pairs.first), axis=0)
-    found = pairs.of(np.arange(len(pairs.table)))
-    cosine = np.einsum("in,ni->n", np.stack([found.x, found.y, found.z]), normal)
+    starts = transport.start_places, transport.start_normals
+    pairs = places.pairs(seen, *(values[: seen.shape[0]] for values in starts))
+    ways = np.stack([pairs.x, pairs.y, pairs.z])
+    cosine = np.einsum("in,ni->n", ways, places.normals[pairs.place])
     # float32; and directions straight from behind, which have no side to be raised to.
     straight = cosine < -0.99
     assert straight.mean() < 0.01
-    np.testing.assert_allclose(found.lean[~straight], cosine[~straight], atol=1e-5)
-    assert found.lean.min() > 0.0
+    np.testing.assert_allclose(pairs.lean[~straight], cosine[~straight], atol=1e-5)
+    assert pairs.lean.min() > 0.0

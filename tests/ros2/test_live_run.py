@@ -253,8 +253,8 @@ def test_a_name_that_ros_does_not_have_is_one_line() -> None:
             "spacecraft": {"a-b": {"model": box, "position_icrf_m": [7e6, 0.0, 0.0]}},
         }
     )
-    with pytest.raises(ConfigError, match=r"\[spacecraft.a-b\].*is no name in ROS"):
+    with pytest.raises(ConfigError, match=r"\[spacecraft.a-b\].*is not a name in ROS"):
         check_names(wrong, (), wrong.epoch_tai_ns)
-    with pytest.raises(ConfigError, match="is no name in ROS"):
+    with pytest.raises(ConfigError, match="is not a name in ROS"):
         open_node(wrong, (), 0, depth=False)
     assert WORLD == "gcrf"

@@ -124,5 +124,5 @@ def test_the_end_of_ros_time_is_one_line() -> None:
 
 @pytest.mark.parametrize("name", ["nav-cam", "2nd", "a b", ""])
 def test_names_that_ros_does_not_have_are_refused(name: str) -> None:
-    with pytest.raises(ConfigError, match="is no name in ROS: letters, digits and _ are allowed"):
+    with pytest.raises(ConfigError, match="is not a name in ROS: letters, digits and _ are allow"):
         ros_name("camera", name)

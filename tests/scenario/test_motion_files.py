@@ -80,7 +80,8 @@ CHASER_LINE = 'trajectory = { file = "chaser.csv", longest_gap_s = 100.0 }'
         (
             'trajectory = "target.oem"\n',
             'trajectory = "target.oem"\nrelative_to = "chaser"\n',
-            " [spacecraft.target]: relative_to goes with places in LVLH axes; those of the file",
+            " [spacecraft.target]: relative_to is allowed only for positions in LVLH axes; "
+            "those of the file",
         ),
         (
             'trajectory = "target.oem"\n',
@@ -90,12 +91,12 @@ CHASER_LINE = 'trajectory = { file = "chaser.csv", longest_gap_s = 100.0 }'
         (
             CHASER_LINE,
             CHASER_LINE + "\nvelocity_lvlh_m_s = [0.0, 0.0, 0.0]",
-            " [spacecraft.chaser]: velocity_lvlh_m_s goes with relative_to, not with trajectory",
+            " [spacecraft.chaser]: velocity_lvlh_m_s requires relative_to, got trajectory",
         ),
         (
             'trajectory = "target.oem"',
             "position_icrf_m = [7.0e6, 0.0, 0.0]\ndrift = true",
-            " [spacecraft.target]: drift goes with relative_to",
+            " [spacecraft.target]: drift requires relative_to",
         ),
         (
             'attitude_file = "target.aem"',
@@ -110,12 +111,13 @@ CHASER_LINE = 'trajectory = { file = "chaser.csv", longest_gap_s = 100.0 }'
         (
             'attitude_file = "target.aem"',
             'attitude_file = { file = "target.aem", interpolation_error_m = 2.0 }',
-            " [spacecraft.target]: attitude_file.interpolation_error_m goes with places",
+            " [spacecraft.target]: attitude_file.interpolation_error_m is allowed only for "
+            "positions",
         ),
         (
             'trajectory = "target.oem"',
             'orbit = { altitude_km = 400.0 }\njoint_file = { file = "j.csv", object = "a" }',
-            " [spacecraft.target]: joint_file.object goes with files of several objects",
+            " [spacecraft.target]: joint_file.object is allowed only for files of several objects",
         ),
     ],
 )
@@ -140,7 +142,7 @@ def test_two_line_elements_have_no_samples(key: str) -> None:
         "epoch": {"utc": "2026-03-20T12:00:00"},
         "spacecraft": {"station": {"model": "cubesat_12u", "trajectory": table}},
     }
-    with pytest.raises(ConfigError, match=f"have no samples; {key} goes with"):
+    with pytest.raises(ConfigError, match=f"have no samples; {key} requires"):
         scenario_from_dict(data)
 
 
@@ -186,7 +188,11 @@ def test_joints_follow_numbers_a_file_and_the_sun(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "complaint"),
     [
-        ("bay_door_left = ", "bay_door = ", 'joints_deg.bay_door "bay_door" is no joint of this'),
+        (
+            "bay_door_left = ",
+            "bay_door = ",
+            'joints_deg.bay_door "bay_door" is not a joint of',
+        ),
         (
             "= -90.0 }",
             "= -120.0 }",
@@ -203,7 +209,7 @@ def test_joints_follow_numbers_a_file_and_the_sun(folder: Path) -> None:
             'joints_deg and the other keys move "body_flap_left" twice',
         ),
         ("flaps.csv", "none.csv", "joint_file: "),
-        ("flaps.csv", "target.oem", "is no table of joint angles"),
+        ("flaps.csv", "target.oem", "is not a table of joint angles"),
         ("flaps.csv", "chaser.csv", "names no joint angle joint_NAME_deg"),
     ],
 )

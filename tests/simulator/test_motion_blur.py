@@ -97,6 +97,22 @@ def test_what_accelerates_is_longest_where_it_is_slow(
     assert np.mean(middles[0] - middles[1]) == pytest.approx(more / 3.0, abs=0.02)
 
 
+@pytest.mark.parametrize(("right", "more"), [(0.0, 60.0), (60.0, 40.0), (90.0, 120.0)])
+def test_long_ways_that_accelerate_show_every_instant(
+    gl: moderngl.Context, right: float, more: float
+) -> None:
+    """They turn back on their way: its parts meet where they should, and none counts twice."""
+    one = box(width_px=480)
+    count = 160
+    image, wanted = drawn(gl, one, moving(one, right, from_x=-0.5 * more, more=more), count)
+    assert image.sum() == pytest.approx(wanted.sum(), rel=1e-3)
+    x = np.arange(480) + 0.5
+    middles = [one[54:74] @ x / one[54:74].sum(axis=1) for one in (image, wanted)]
+    # Where it is slowest, as many instants leave a 24th of the way of one of them squared.
+    assert np.mean(middles[0] - middles[1]) == pytest.approx(0.0, abs=0.02)
+    assert np.sqrt(np.mean(np.square(image - wanted))) < 0.003 * wanted.max()
+
+
 def test_a_point_becomes_an_even_streak(gl: moderngl.Context) -> None:
     """A ball of 0.7 px along 24 px, off the axes of the image and the middles of pixels."""
     ball = {"sphere": {"radius_m": 0.01, "material": lambert(0.5)}}
@@ -198,6 +214,27 @@ def test_the_earth_is_seen_for_as_long_as_nothing_stands_before_it(above: Simula
         image = electrons(above, during(one.epoch_tai_ns), during)
         wanted = by_instants(above, one, during, 12)
         assert wanted.min() < 0.1 * wanted.max()
+        assert np.sqrt(np.mean(np.square(image - wanted))) < tolerance * wanted.max()
+        assert image.sum() == pytest.approx(wanted.sum(), rel=1e-3)
+
+
+def test_what_accelerates_before_the_earth_hides_it_for_as_long_as_it_does(
+    above: Simulator,
+) -> None:
+    """A dark box, and then both as a turn of the camera accelerates: both are swept in parts."""
+    one = over_the_earth()
+    rest, axis = one.at(one.epoch_tai_ns), np.array([0.2, -0.98, 0.0])
+    look = rest.cameras["cam"]
+
+    def slew(tai_ns: int) -> SceneState:
+        share = (tai_ns - one.epoch_tai_ns) * 1e-9 / EXPOSURE
+        R = rotation_about(axis, (20.0 * share + 60.0 * share**2) / FOCAL)
+        turned = replace(look, R_camera_from_icrf=R @ look.R_camera_from_icrf)
+        return replace(rest, tai_ns=tai_ns, cameras={"cam": turned})
+
+    for during, tolerance in ((moving(one, 20.0, more=15.0), 0.002), (slew, 0.01)):
+        image = electrons(above, during(one.epoch_tai_ns), during)
+        wanted = by_instants(above, one, during, 48)
         assert np.sqrt(np.mean(np.square(image - wanted))) < tolerance * wanted.max()
         assert image.sum() == pytest.approx(wanted.sum(), rel=1e-3)
 

@@ -328,13 +328,13 @@ def test_a_thermal_camera_has_no_visible_light(gl: moderngl.Context) -> None:
 @pytest.mark.parametrize(
     ("keys", "line"),
     [
-        ({"preset": "imx249"}, "preset goes with visible light, not with thermal; write thermal.d"),
-        ({"f_number": 2.0}, "f_number goes with visible light, not with thermal; write thermal.f"),
-        ({"read_noise_e": 3.0}, "read_noise_e goes with visible light, not with thermal"),
+        ({"preset": "imx249"}, "preset is not allowed with thermal; write thermal.d"),
+        ({"f_number": 2.0}, "f_number is not allowed with thermal; write thermal.f"),
+        ({"read_noise_e": 3.0}, "read_noise_e is not allowed with thermal"),
         ({"thermal": {"detector": "bolometer"}}, "thermal.detector: no infrared detector"),
         (
             {"thermal": {"detector": "insb_mwir", "netd_mk": 40.0}},
-            "thermal.netd_mk goes with a bolometer detector; insb_mwir is none",
+            "thermal.netd_mk requires a bolometer detector; insb_mwir is none",
         ),
         (
             {"thermal": {"detector": "insb_mwir", "band_um": [5.0, 3.0]}},

@@ -7,12 +7,19 @@ from pathlib import Path
 import msgspec
 import pytest
 from simgl_bridge.framing import pack, unpack_reply, unpack_request
+from simgl_bridge.message_parts import (
+    CameraDescription,
+    CameraImage,
+    Plane,
+    SentPose,
+    SentSun,
+    ServerStatus,
+    Shot,
+)
 from simgl_bridge.messages import (
     REPLIES,
     REQUESTS,
     Bye,
-    CameraDescription,
-    CameraImage,
     Configure,
     Error,
     Hello,
@@ -20,14 +27,9 @@ from simgl_bridge.messages import (
     Message,
     Next,
     Ping,
-    Plane,
     Pong,
     Preview,
     Render,
-    SentPose,
-    SentSun,
-    ServerStatus,
-    Shot,
     State,
     Statistics,
     Stats,

@@ -6,7 +6,7 @@ import moderngl
 import numpy as np
 
 from simgl.arrays import Image8
-from simgl.images import display_from_radiance
+from simgl.display_images import display_from_radiance
 from simgl.rendering.renderer import Renderer
 from simgl.scenario.scenario import Scenario
 from simgl.view.frame_view import frame_view

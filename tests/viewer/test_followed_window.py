@@ -9,7 +9,7 @@ import pytest
 import zmq
 from simgl_bridge.framing import pack
 from simgl_bridge.messages import Preview
-from simgl_bridge.preview import PreviewImage, Watch
+from simgl_bridge.preview import PreviewClient, PreviewImage
 
 from simgl.arrays import Image8
 from simgl.viewer.overlay_boxes import BoxStyle, text_box
@@ -40,26 +40,26 @@ def test_the_newest_preview_replaces_those_that_nobody_took() -> None:
     with zmq.Context() as context, context.socket(zmq.PUB) as server:
         server.setsockopt(zmq.LINGER, 0)
         port = server.bind_to_random_port("tcp://127.0.0.1")
-        with Watch(f"tcp://127.0.0.1:{port}") as watch:
-            assert watch.newest() is None
+        with PreviewClient(f"tcp://127.0.0.1:{port}") as client:
+            assert client.newest() is None
             first: list[PreviewImage] = []
 
             def arrived() -> bool:
                 # A subscription takes a moment to arrive.
                 send(server, 1, 10)
-                newest = watch.newest()
+                newest = client.newest()
                 first.extend([newest] if newest else [])
                 return bool(first)
 
             wait_until(arrived, "the first preview")
             # What was sent while the subscription was under way.
-            wait_until(lambda: watch.newest() is None, "an empty queue")
+            wait_until(lambda: client.newest() is None, "an empty queue")
             send(server, 2, 20)
             send(server, 3, 30)
             taken: list[PreviewImage] = []
 
             def both_arrived() -> bool:
-                newest = watch.newest()
+                newest = client.newest()
                 taken.extend([newest] if newest else [])
                 return bool(taken) and taken[-1].sequence == 103
 

@@ -6,7 +6,7 @@ import moderngl
 import numpy as np
 
 from simgl.arrays import Array32, Image8
-from simgl.images import display_from_radiance
+from simgl.display_images import display_from_radiance
 from simgl.passes.display import DisplayPass
 from simgl.scenario.scenario import Scenario
 from simgl.viewer.overlay_boxes import BoxStyle

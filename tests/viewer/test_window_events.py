@@ -18,8 +18,9 @@ from PIL import Image
 
 from simgl import Simulator, assets
 from simgl.arrays import Image8
+from simgl.display_images import display_from_dn, display_from_radiance
 from simgl.figures.displays import images_of
-from simgl.images import display_from_dn, display_from_radiance, saturated
+from simgl.images import saturated
 from simgl.scenario.loader import load_scenario
 from simgl.scenario.scenario import Scenario
 from simgl.simulator import Capture, Product

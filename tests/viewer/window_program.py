@@ -14,7 +14,7 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import glfw
-from simgl_bridge.preview import Watch
+from simgl_bridge.preview import PreviewClient
 
 from simgl import assets
 from simgl.viewer.window import opened, opened_on_server
@@ -59,7 +59,7 @@ def main() -> None:
     WindowSession._step = _answering_step  # type: ignore[method-assign, assignment]
     with ExitStack() as stack:
         if given.follow:
-            source = stack.enter_context(Watch(given.follow))
+            source = stack.enter_context(PreviewClient(given.follow))
             session = stack.enter_context(opened_on_server(given.follow, source))
         else:
             session = stack.enter_context(opened(given.scenario))

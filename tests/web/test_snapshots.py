@@ -76,7 +76,7 @@ def test_settings_change_what_is_drawn() -> None:
         ("exposure", {"camera": "nav", "exposure_time_s": 0.0}, "exposure_time_s must lie in"),
         ("exposure", {"camera": ["nav"]}, "camera must be one of nav"),
         ("sun", {"right_ascension_deg": 0.0}, "declination_deg must lie in -90..90, got None"),
-        ("delete", {}, "delete is no command; there are time, play"),
+        ("delete", {}, "delete is not a command; there are time, play"),
     ],
 )
 def test_an_impossible_command_is_named(kind: str, values: dict[str, Any], reason: str) -> None:

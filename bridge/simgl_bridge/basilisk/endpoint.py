@@ -104,7 +104,7 @@ class BasiliskEndpoint:
             # REQ puts an empty frame before its own; a peer of another kind expects no answer.
             if not rest or rest[0] or len(rest) < 2:
                 self._warn(
-                    f"a peer that is no REQ socket sent {len(rest)} frames; not answered",
+                    f"a peer that is not a REQ socket sent {len(rest)} frames; not answered",
                     _BAD_FRAMES,
                 )
                 continue

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from simgl.commands.command_line import say
 from simgl.commands.completion import scenario_files
 from simgl.errors import ConfigError
 from simgl_bridge.bind_address import DEFAULT_ADDRESS
@@ -62,8 +63,8 @@ def fmu(
     written = write_fmu(model, out)
     count = sum(v.causality == "input" for v in written.variables)
     binary = f"binary for {written.platform}" if written.platform else "sources only"
-    print(f"{out}: camera {model.camera}, {count} inputs, {binary}")
+    say(f"{out}: camera {model.camera}, {count} inputs, {binary}")
     if written.problem:
-        print(f"no binary: {written.problem}; importers compile the sources")
+        say(f"no binary: {written.problem}; importers compile the sources")
     if written.needs_libzmq:
-        print("pyzmq brings no libzmq here: importers of the binary need libzmq.so.5")
+        say("pyzmq brings no libzmq here: importers of the binary need libzmq.so.5")

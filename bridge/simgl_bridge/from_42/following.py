@@ -14,7 +14,8 @@ from simgl_bridge.client_errors import RemoteError
 from simgl_bridge.client_images import ImageSet
 from simgl_bridge.from_42.spacecraft_source import SpacecraftSource
 from simgl_bridge.from_42.text_socket import TextSocket
-from simgl_bridge.messages import ErrorCode, Shot
+from simgl_bridge.message_parts import Shot
+from simgl_bridge.messages import ErrorCode
 
 
 @dataclass

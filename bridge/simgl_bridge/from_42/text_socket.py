@@ -102,6 +102,7 @@ class TextSocket:
             return
 
     def close(self) -> None:
+        """Disconnect."""
         self._socket.close()
 
     def __enter__(self) -> TextSocket:

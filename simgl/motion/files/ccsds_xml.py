@@ -77,7 +77,7 @@ def read_messages(lines: list[Line]) -> dict[str, list[Segment]]:
             continue
         if message.name not in MESSAGES:
             allowed = MESSAGES if message is not root else (*MESSAGES, "ndm")
-            problem = f"is no message that is read here; {did_you_mean(message.name, allowed)}"
+            problem = f"is not a message that is read here; {did_you_mean(message.name, allowed)}"
             message.line.fail(f"<{message.name}>", problem)
         of_kind = result.setdefault(message.name, [])
         for segment in message.only("body").all_named("segment"):
@@ -125,10 +125,10 @@ def _parsed(lines: list[Line]) -> _Element:
         parser.Parse("\n".join(line.text for line in lines), True)
     except expat.ExpatError as error:
         where = lines[min(error.lineno, len(lines)) - 1].where
-        problem = f"is no well-formed XML: {expat.ErrorString(error.code)}"
+        problem = f"is not well-formed XML: {expat.ErrorString(error.code)}"
         raise ConfigError(where, "", problem) from None
     except (ValueError, LookupError) as error:
-        raise ConfigError(str(path), "", f"is no XML that can be read: {error}") from None
+        raise ConfigError(str(path), "", f"is not XML that can be read: {error}") from None
     return roots[0]
 
 

@@ -92,7 +92,7 @@ class Table:
         try:
             cells = next(csv.reader([line.text], strict=True))
         except csv.Error as error:
-            line.fail("", f"is no row of a table: {error}")
+            line.fail("", f"is not a row of a table: {error}")
         if len(cells) != len(self._names):
             line.fail("", f"must hold {len(self._names)} values, got {len(cells)}")
         return [cell.strip() for cell in cells]

@@ -66,7 +66,7 @@ def read_path(
         if longest_gap_s is not None or allowed_error is not None:
             what = "two-line elements, which have" if kind == "tle" else "an OPM, which has"
             key = "interpolation_error_m" if longest_gap_s is None else "longest_gap_s"
-            _fail(path, f"is {what} no samples; {key} goes with those")
+            _fail(path, f"is {what} no samples; {key} requires samples")
         return law, False
     if kind == "oem":
         records = _of_name(path, oem.read_oem(ccsds), name)
@@ -128,7 +128,7 @@ def read_attitude(
         )
         return SampledAttitude(rotations=rotations, in_lvlh=in_lvlh)
     if longest_gap_s is not None:
-        _fail(path, "is an APM, which has no samples; longest_gap_s goes with those")
+        _fail(path, "is an APM, which has no samples; longest_gap_s requires samples")
     records = _of_name(path, ccsds_states.read_apm(ccsds), name)
     if len(records) > 1:
         _fail(path, "holds several attitudes of this object; give one, or an AEM")
@@ -179,7 +179,7 @@ def read_angles(
     """
     lines = lines_of(path, text_of(path))
     if _kind(lines, path) != "table":
-        _fail(path, "is no table of joint angles (CSV) with a header")
+        _fail(path, "is not a table of joint angles (CSV) with a header")
     table = Table(lines, epoch_tai_ns)
     names, angles, slides = table.joint_angles()
     return SampledAngles(
@@ -200,7 +200,7 @@ def _refuse_object(path: Path, name: str | None, kind: str) -> None:
     """Raise ConfigError where an object is named of a file that holds one without a name."""
     if name is not None:
         what = "a table" if kind == "table" else "an STK file"
-        _fail(path, f"is {what} of one object; object = {shown(name)} goes with CCSDS and TLE")
+        _fail(path, f"is {what} of one object; object = {shown(name)} requires CCSDS or TLE")
 
 
 def _gap_ns(tai_ns: IndexArray, longest_gap_s: float | None) -> int:
@@ -240,7 +240,7 @@ def _kind(lines: list[Line], path: Path) -> str:
     if text.startswith("<"):
         return "xml"
     if text.startswith("KPL/"):
-        _fail(path, "is a SPICE kernel; a meta-kernel goes with naif_id, or frame for an attitude")
+        _fail(path, "is a SPICE kernel; give a meta-kernel and naif_id, or frame for an attitude")
     if text.lower().startswith(stk.VERSION_KEY):
         return stk.kind_of(lines)
     body = [line.text for line in lines if line.text.strip()]

@@ -57,7 +57,7 @@ class SpiceSource:
 
     def __post_init__(self) -> None:
         if not text_of(self.path).startswith(VERSION_KEY):
-            self.fail(f"is no SPICE meta-kernel ({VERSION_KEY}); naif_id and frame go with those")
+            self.fail(f"is not a SPICE meta-kernel ({VERSION_KEY}); naif_id and frame require one")
 
     def fail(self, problem: str) -> NoReturn:
         """Raise ConfigError about the file."""

@@ -216,7 +216,7 @@ def _add(keywords: dict[str, tuple[str, Line]], line: Line, word: str, value: st
     allowed = {name.lower() for name in (*_READ, *_IGNORED)}
     if word.lower() not in allowed:
         listing = did_you_mean(word, (*_READ, *_IGNORED))
-        line.fail(word, f"is no keyword that is read here; {listing}")
+        line.fail(word, f"is not a keyword that is read here; {listing}")
     if not value:
         line.fail(word, "has no value")
     keywords[word.lower()] = value, line

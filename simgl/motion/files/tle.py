@@ -62,4 +62,4 @@ def _elements(name: str, first: Line, second: Line) -> TwoLineElements:
     try:
         return TwoLineElements(name=name or one[2:7].strip(), lines=(one, two))
     except ValueError as error:
-        first.fail("", f"is no element set: {error}")
+        first.fail("", f"is not an element set: {error}")

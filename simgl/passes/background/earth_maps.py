@@ -31,7 +31,7 @@ _LAMP_COLUMNS = 4096
 _SHORE_STEPS_PER_KM = 6.0
 _KM_PER_DEGREE = 111.19
 # Cells by which open sea and land are told, from pole to pole, and the distance to a shore.
-_CELLS, _FAR_FROM_SHORES_KM = 256, 10.0
+_CELLS, _FAR_FROM_SHORES_KM = 1024, 10.0
 
 
 _LAND, _RELIEF = ("land_rgb.jpg", "land_nir.jpg"), ("relief_east.png", "relief_north.png")
@@ -203,8 +203,7 @@ def _shore(water: Image.Image) -> Image8:
 def shores(maps: EarthMaps) -> tuple[IndexArray, IndexArray]:
     """``cell_sums`` of the cells that are not all open sea, and of those that are not all inland.
 
-    Both are so far from any shore that noise frays none into them, and no pixel of half a cell's
-    width sees one.
+    Both are so far from any shore that noise frays none into them.
     """
     inputs = ("open sea and inland", shore_inputs(maps.water))
     shape = (_CELLS + 1, 2 * _CELLS + 1)
@@ -215,7 +214,7 @@ def shores(maps: EarthMaps) -> tuple[IndexArray, IndexArray]:
         inputs,
         lambda: dict(zip(names, make_shores(maps), strict=True)),
         lambda arrays: all(
-            arrays[name].shape == shape and arrays[name].dtype == np.int64 for name in names
+            arrays[name].shape == shape and arrays[name].dtype == np.int32 for name in names
         ),
     )
     return sums["shores"], sums["waters"]
@@ -230,7 +229,7 @@ def make_shores(maps: EarthMaps) -> tuple[IndexArray, IndexArray]:
 
 
 def over_cells(of_two: np.ufunc, codes: Image8) -> Image8:
-    """(256, 512) what a function of two makes of a map's codes (h, w) in each cell of 0.7 deg."""
+    """(1024, 2048) what a function of two makes of a map's codes (h, w) in each cell."""
     height, width = codes.shape
     edges = np.arange(_CELLS + 1) * height // _CELLS
     columns = np.arange(2 * _CELLS) * width // (2 * _CELLS)
@@ -242,8 +241,9 @@ def over_cells(of_two: np.ufunc, codes: Image8) -> Image8:
 def cell_sums(cells: Mask) -> IndexArray:
     """(rows + 1, columns + 1) of the corners of cells: how many of those above and left of each are
     in a mask."""
-    sums = np.zeros((cells.shape[0] + 1, cells.shape[1] + 1), dtype=np.int64)
-    sums[1:, 1:] = np.cumsum(np.cumsum(cells, axis=0), axis=1)
+    sums = np.zeros((cells.shape[0] + 1, cells.shape[1] + 1), dtype=np.int32)
+    rows = np.cumsum(cells, axis=0, dtype=np.int32)
+    np.cumsum(rows, axis=1, dtype=np.int32, out=sums[1:, 1:])
     return sums
 
 

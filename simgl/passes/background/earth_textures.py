@@ -39,7 +39,7 @@ from simgl.scene.earth import Clouds, Earth, EarthMaps
 from simgl.scene.frost import frost_edges
 from simgl.scene.noise_projection import LEVELS, chart, has_chart
 from simgl.scene.noise_volume import noise_volume
-from simgl.view.background_tiles import MapCells
+from simgl.view.map_cells import MapCells
 
 # In the order of ``EarthTextures.of``.
 MAPS = ["land_map", "form_map", "shore_map", "lamp_map", "weather_map"]
@@ -120,9 +120,14 @@ class EarthTextures:
             self._weather_levels = self._weather_of(earth)
             self._weather = [map_texture(self._ctx, self._weather_levels)]
             self._smaller = None
-            not_sea, not_land = self._shores
-            high = cell_sums(over_cells(np.maximum, self._weather_levels[0][..., 2]) > 0)
-            self.cells = MapCells(sums=np.stack([not_sea, not_land, high]))
+            share, high = (
+                over_cells(np.maximum, self._weather_levels[0][..., channel]) > 0
+                for channel in (0, 2)
+            )
+            self.cells = MapCells(
+                shores=np.stack(self._shores),
+                clouds=np.stack([cell_sums(high), cell_sums(share | high)]),
+            )
             self._clouds = earth.clouds
         if not self._tables:
             self._tables = [_frost_texture(self._ctx), _cloud_reflection(self._ctx)]

@@ -24,6 +24,8 @@ def band_samplers(name: str, variant: tuple[str, ...]) -> dict[str, int]:
     # Only noise and snow ask what grows.
     if "SEA" in variant or ("FAR" in variant and "FROST" not in variant):
         samplers.pop("land_kind", None)
+    if "CLEAR" in variant:
+        samplers.pop("cloud_bands", None)
     from_space = "AIR" in variant and "AIR_INSIDE" not in variant
     if "BANDS" in variant and from_space and name in ("planet/planet", "planet/tiles"):
         samplers[PAIRS] = PAIRS_UNIT
@@ -47,6 +49,10 @@ def variant_of(planet: PlanetView, air: AirBefore | None, *, far: bool) -> tuple
 def unread_samplers(name: str, variant: tuple[str, ...]) -> list[str]:
     """Of those of the Earth's maps and noise, what a program does not read."""
     unread = [*CHARTS] if "FAR" in variant else []
+    if "CLEAR" in variant:
+        unread += ["weather_map", "cloud_reflection"]
+        unread += ["cloud_chart"] if "FROST" not in variant else []
+        unread += ["chart"] if "SEA" in variant and "GLINT" not in variant else []
     unread += ["frost_edges"] if "FROST" not in variant else []
     unread += ["cloud_reflection"] if name == "planet/ceiling" else []
     groundless = "SEA" in variant or name == "planet/ceiling"

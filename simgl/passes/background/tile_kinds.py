@@ -193,6 +193,7 @@ def kinds_at_corners(
     two_faces = yz | zx | xy
     plain = (known.one_face | two_faces) & ~dark
     land = known.land & small & plain
+    clear = tiles.clear & small & plain
     kinds = {
         "ONE_FACE": known.one_face,
         "TWO_FACES": two_faces,
@@ -204,7 +205,8 @@ def kinds_at_corners(
         "SEA": known.sea,
         "LAND": land,
         "GLINT": tiles.glint & ~known.land,
-        "NO_HIGH_CLOUD": ~known.high_clouds & small & plain,
+        "NO_HIGH_CLOUD": ~known.high_clouds & ~clear & small & plain,
+        "CLEAR": clear,
         "RELIEF_AT_CORNERS": land & level,
     }
     seen = tiles.even | tiles.finer

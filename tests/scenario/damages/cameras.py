@@ -120,8 +120,8 @@ DAMAGES = (
         "profile that is not used",
         LOOK,
         f"{LOOK}\noptics.vignetting_angle_deg = [0.0, 10.0]",
-        ' [camera.nav]: optics.vignetting_angle_deg goes with vignetting = "measured", and that '
-        "with it",
+        " [camera.nav]: optics.vignetting_angle_deg is required with vignetting = "
+        '"measured" and allowed only with it',
     ),
     Damage(
         "profile of unequal lengths",
@@ -153,7 +153,7 @@ DAMAGES = (
         "defocus without diffraction",
         LOOK,
         f"{LOOK}\noptics.defocus_um = 40.0",
-        " [camera.nav]: optics.defocus_um goes with diffraction = true",
+        " [camera.nav]: optics.defocus_um requires diffraction = true",
     ),
     Damage(
         "two spreads",
@@ -165,7 +165,7 @@ DAMAGES = (
         "samples of no picture",
         LOOK,
         f"{LOOK}\noptics.psf_samples_per_px = 2",
-        " [camera.nav]: optics.psf_samples_per_px goes with psf_image",
+        " [camera.nav]: optics.psf_samples_per_px requires psf_image",
     ),
     Damage(
         "zones in the wrong order",
@@ -177,7 +177,7 @@ DAMAGES = (
         "coating of no surface",
         LOOK,
         f"{LOOK}\noptics.coating_reflectance = 0.01",
-        " [camera.nav]: optics.coating_reflectance goes with surfaces",
+        " [camera.nav]: optics.coating_reflectance requires surfaces",
     ),
     Damage(
         "lens that spreads light",
@@ -202,19 +202,19 @@ DAMAGES = (
         "row time without a rolling shutter",
         LOOK,
         f'{LOOK}\npreset = "ideal"\nrow_time_us = 20.0',
-        ' [camera.nav]: row_time_us goes with shutter = "rolling"',
+        ' [camera.nav]: row_time_us requires shutter = "rolling"',
     ),
     Damage(
         "hot pixels without their current",
         LOOK,
         f'{LOOK}\npreset = "ideal"\nhot_pixels = 0.1',
-        " [camera.nav]: hot_pixels goes with hot_current_e_s, which is missing",
+        " [camera.nav]: hot_pixels requires hot_current_e_s, which is missing",
     ),
     Damage(
         "current of hot pixels that are none",
         LOOK,
         f'{LOOK}\npreset = "ideal"\nhot_current_e_s = 10.0',
-        " [camera.nav]: hot_current_e_s goes with hot_pixels, which is missing",
+        " [camera.nav]: hot_current_e_s requires hot_pixels, which is missing",
     ),
     Damage(
         "shutter of another kind",

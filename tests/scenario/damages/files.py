@@ -45,10 +45,10 @@ DAMAGES = (
         "gather without interreflection",
         SEED,
         'gather = "pixel"\ninter_reflection = false',
-        " [render]: gather goes with inter_reflection, which is off",
+        " [render]: gather requires inter_reflection = true",
     ),
     Damage(
-        "epoch is no table",
+        "epoch is not a table",
         EPOCH,
         'epoch = "2026-03-20T12:00:00"\n',
         ' [epoch]: must be a table, got "2026-03-20T12:00:00"',

@@ -52,7 +52,7 @@ DAMAGES = (
         "radius without a sphere",
         SHAPE,
         "radius_km = 6371.0",
-        ' [earth]: radius_km goes with shape = "sphere", got "wgs84"',
+        ' [earth]: radius_km requires shape = "sphere", got "wgs84"',
     ),
     Damage(
         "sphere without a radius",
@@ -70,37 +70,37 @@ DAMAGES = (
         "albedo of no Earth",
         SHAPE,
         f"{SHAPE}\nalbedo = 0.3",
-        ' [earth]: albedo goes with an Earth, got shape = "none"',
+        ' [earth]: albedo requires an Earth, got shape = "none"',
     ),
     Damage(
         "atmosphere of no Earth",
         SHAPE,
         f'{SHAPE}\natmosphere = "source"',
-        ' [earth]: atmosphere goes with an Earth, got shape = "none"',
+        ' [earth]: atmosphere requires an Earth, got shape = "none"',
     ),
     Damage(
         "heat of an Earth with maps",
         SHAPE,
         f"{SHAPE}\nlongwave_w_m2 = 239.0",
-        " [earth]: longwave_w_m2 goes with an albedo; an Earth with maps has a climate and clouds",
+        " [earth]: longwave_w_m2 requires albedo; an Earth with maps has a climate and clouds",
     ),
     Damage(
         "airglow without air",
         SHAPE,
         'shape = "wgs84"\natmosphere = "none"\nairglow = true',
-        " [earth]: airglow goes with an atmosphere, got none",
+        " [earth]: airglow requires an atmosphere, got none",
     ),
     Damage(
         "moonlight without a Moon",
         SHAPE,
         'shape = "wgs84"\nmoonlight = true',
-        " [earth]: moonlight goes with a Moon, which a Sun fixed by hand has not",
+        " [earth]: moonlight requires a Moon; a scene with a fixed Sun has none",
     ),
     Damage(
         "moonlight on a grey Earth",
         SHAPE,
         'shape = "wgs84"\nalbedo = 0.3\nmoonlight = true',
-        " [earth]: moonlight goes with an Earth that has maps, got albedo",
+        " [earth]: moonlight requires an Earth with maps, got albedo",
     ),
     Damage(
         "temperature of a measured Sun",
@@ -137,7 +137,7 @@ DAMAGES = (
         "names of bands that are none",
         RENDER,
         f'[bands]\nnames = ["a"]\n{RENDER}',
-        " [bands]: names goes with edges_nm or filter",
+        " [bands]: names requires edges_nm or filter",
     ),
     Damage(
         "names of too few bands",
@@ -182,7 +182,8 @@ DAMAGES = (
         "faintest star without stars",
         RENDER,
         f"[sky]\nfaintest_star_mag = 3.0\n{RENDER}",
-        " [sky]: faintest_star_mag goes with stars = true; a Sun fixed by hand leaves stars out",
+        " [sky]: faintest_star_mag requires stars = true; by default, a scene with a fixed "
+        "Sun has no stars",
     ),
     Damage(
         "stars by a number",
@@ -280,7 +281,7 @@ DAMAGES = (
         "lamp with weights of a single line",
         RENDER,
         LAMP.replace("temperature_k = 3000.0", "wavelength_nm = 850.0\nline_weights = [1.0]"),
-        " [lamp.spot]: line_weights goes with a list of lines in wavelength_nm",
+        " [lamp.spot]: line_weights requires a list of lines in wavelength_nm",
     ),
     Damage(
         "lamp with power per band and a spectrum",

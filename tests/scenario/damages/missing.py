@@ -9,8 +9,8 @@ DAMAGES = (
         "axes of a shipped model",
         MODEL,
         f'{MODEL}\nup_axis = "y"',
-        ' [spacecraft.chaser]: model: model "cubesat_12u" knows its axes; up_axis goes with a '
-        "mesh file",
+        ' [spacecraft.chaser]: model: model "cubesat_12u" knows its axes; up_axis is '
+        "allowed only for a mesh file",
     ),
     Damage(
         "misspelt model",
@@ -29,8 +29,8 @@ DAMAGES = (
         "unit of a shipped model",
         MODEL,
         f"{MODEL}\nunit_m = 0.001",
-        ' [spacecraft.chaser]: model: model "cubesat_12u" knows its unit; unit_m goes with a '
-        "mesh file",
+        ' [spacecraft.chaser]: model: model "cubesat_12u" knows its unit; unit_m is '
+        "allowed only for a mesh file",
     ),
     Damage(
         "misspelt preset",

@@ -210,27 +210,27 @@ DAMAGES = (
         "metal without roughness",
         "reflectance = 0.5",
         "reflectance = 0.5, metallic = 1.0",
-        " [spacecraft.plate]: model.plate.material.metallic goes with roughness; without it the "
+        " [spacecraft.plate]: model.plate.material.metallic requires roughness; without it the "
         "material is Lambertian",
     ),
     Damage(
         "conserving without roughness",
         "reflectance = 0.5",
         "reflectance = 0.5, conserving = true",
-        " [spacecraft.plate]: model.plate.material.conserving goes with roughness; without it the "
+        " [spacecraft.plate]: model.plate.material.conserving requires roughness; without it the "
         "material is Lambertian",
     ),
     Damage(
         "gap without a width",
         "reflectance = 0.5",
         "reflectance = 0.5, cells = { width_m = 0.04, height_m = 0.08, gap_reflectance = 0.5 }",
-        " [spacecraft.plate]: model.plate.material.cells.gap_reflectance goes with gap_m above 0",
+        " [spacecraft.plate]: model.plate.material.cells.gap_reflectance requires gap_m above 0",
     ),
     Damage(
         "metal without lines",
         "reflectance = 0.5",
         "reflectance = 0.5, cells = { width_m = 0.04, height_m = 0.08, metal_reflectance = 0.5 }",
-        " [spacecraft.plate]: model.plate.material.cells.metal_reflectance goes with "
+        " [spacecraft.plate]: model.plate.material.cells.metal_reflectance requires "
         "finger_width_m or busbar_width_m above 0",
     ),
     Damage(
@@ -243,7 +243,8 @@ DAMAGES = (
         "unit of a primitive",
         PLACE,
         f"{PLACE}\nunit_m = 0.001",
-        " [spacecraft.plate]: unit_m goes with a mesh file; a primitive is in metres and body axes",
+        " [spacecraft.plate]: unit_m is allowed only for a mesh file; a primitive is in metres "
+        "and body axes",
     ),
     Damage(
         "unit that is none",
@@ -273,14 +274,14 @@ DAMAGES = (
         "ahead without a way up",
         MODEL,
         f'{MODEL}\nforward_axis = "y"',
-        " [spacecraft.chaser]: forward_axis goes with up_axis",
+        " [spacecraft.chaser]: forward_axis requires up_axis",
     ),
     Damage(
         "axes of a primitive",
         PLACE,
         f'{PLACE}\nup_axis = "y"',
-        " [spacecraft.plate]: up_axis goes with a mesh file; a primitive is in metres and body "
-        "axes",
+        " [spacecraft.plate]: up_axis is allowed only for a mesh file; a primitive is in metres "
+        "and body axes",
     ),
     Damage(
         "unit of zero",

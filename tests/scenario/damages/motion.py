@@ -35,13 +35,13 @@ DAMAGES = (
         "velocity of another place",
         ORBIT,
         f"{ORBIT}\nvelocity_icrf_m_s = [0.0, 0.0, 0.0]",
-        " [spacecraft.chaser]: velocity_icrf_m_s goes with position_icrf_m, not with orbit",
+        " [spacecraft.chaser]: velocity_icrf_m_s requires position_icrf_m, got orbit",
     ),
     Damage(
         "relative place without a reference",
         ORBIT,
         f"{ORBIT}\nposition_lvlh_m = [0.0, 0.0, 0.0]",
-        " [spacecraft.chaser]: position_lvlh_m goes with relative_to, not with orbit",
+        " [spacecraft.chaser]: position_lvlh_m requires relative_to, got orbit",
     ),
     Damage(
         "reference unknown",
@@ -87,7 +87,7 @@ DAMAGES = (
         "eccentric altitude",
         ORBIT,
         "orbit = { altitude_km = 400.0, eccentricity = 0.1 }",
-        " [spacecraft.chaser]: orbit.eccentricity goes with semi_major_axis_km",
+        " [spacecraft.chaser]: orbit.eccentricity requires semi_major_axis_km",
     ),
     Damage(
         "perigee underground",

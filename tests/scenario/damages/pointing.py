@@ -71,7 +71,7 @@ DAMAGES = (
         "the limb from a fixed place",
         LOOK,
         "limb = { azimuth_deg = 90.0 }",
-        " [camera.nav]: limb goes with on, not with position_icrf_m",
+        " [camera.nav]: limb requires on, got position_icrf_m",
     ),
     Damage(
         "the limb of no Earth",
@@ -150,7 +150,7 @@ DAMAGES = (
         "keypoint without a body",
         PINHOLE,
         f'{PINHOLE}\nkeypoint = "docking_port"',
-        " [camera.nav]: keypoint goes with on, not with position_icrf_m",
+        " [camera.nav]: keypoint requires on, got position_icrf_m",
     ),
     Damage(
         "about nobody",
