@@ -31,7 +31,7 @@ _LAMP_COLUMNS = 4096
 _SHORE_STEPS_PER_KM = 6.0
 _KM_PER_DEGREE = 111.19
 # Cells by which open sea and land are told, from pole to pole, and the distance to a shore.
-_CELLS, _FAR_FROM_SHORES_KM = 1024, 10.0
+CELLS, _FAR_FROM_SHORES_KM = 1024, 10.0
 
 
 _LAND, _RELIEF = ("land_rgb.jpg", "land_nir.jpg"), ("relief_east.png", "relief_north.png")
@@ -206,7 +206,7 @@ def shores(maps: EarthMaps) -> tuple[IndexArray, IndexArray]:
     Both are so far from any shore that noise frays none into them.
     """
     inputs = ("open sea and inland", shore_inputs(maps.water))
-    shape = (_CELLS + 1, 2 * _CELLS + 1)
+    shape = (CELLS + 1, 2 * CELLS + 1)
     names = "shores", "waters"
     sums = computed_once(
         "earth",
@@ -231,8 +231,8 @@ def make_shores(maps: EarthMaps) -> tuple[IndexArray, IndexArray]:
 def over_cells(of_two: np.ufunc, codes: Image8) -> Image8:
     """(1024, 2048) what a function of two makes of a map's codes (h, w) in each cell."""
     height, width = codes.shape
-    edges = np.arange(_CELLS + 1) * height // _CELLS
-    columns = np.arange(2 * _CELLS) * width // (2 * _CELLS)
+    edges = np.arange(CELLS + 1) * height // CELLS
+    columns = np.arange(2 * CELLS) * width // (2 * CELLS)
     # Rows by ``reduce``, which takes many columns at once; a cell has a row at least.
     rows = [of_two.reduce(codes[a : max(b, a + 1)], axis=0) for a, b in pairwise(edges)]
     return np.asarray(of_two.reduceat(np.stack(rows), columns, axis=1))
