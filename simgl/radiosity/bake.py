@@ -200,12 +200,15 @@ def _with_finer_sunlight(
     if at_nodes is not None and of_nodes is not None:
         nearness = np.concatenate([nearness, at_nodes.nearness])
         starts.append(of_nodes)
-    places = [each.where_open(transport.mesh) for each in starts]
+    places = np.concatenate([each.where_open(transport.mesh) for each in starts])
+    middle = places.mean(axis=1)
+    away2 = np.sum((places - middle[:, None]) ** 2, axis=2)
     transport = replace(
         transport,
         cells=cells,
         grids=grids,
-        start_places=np.concatenate(places).astype(np.float32),
+        start_places=middle.astype(np.float32),
+        start_radii=np.sqrt(away2.mean(axis=1)).astype(np.float32),
         start_normals=np.concatenate([each.normals for each in starts]).astype(np.float32),
     )
     return replace(

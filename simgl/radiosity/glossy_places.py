@@ -115,16 +115,18 @@ class GlossyPlaces:
         seen: sparse.coo_matrix,
         places: Array32,
         normals: Array32,
+        radii: Array32,
         cells: sparse.csr_matrix | None = None,
     ) -> PlacePairs:
         """The patches that receivers see.
 
         seen : (r, g) share of the hemisphere of each receiver
-        places : (r, k, 3) from which receivers see them in turn [m]; normals : (r, 3) there
+        places, normals : (r, 3) of the receivers, in the mean [m]
+        radii : (r,) of the places that they stand for [m]
         cells : (c, r) the same of ``cells``; None where they are not known
         """
         row, patch, share = seen.row.astype(np.int64), seen.col.astype(np.int64), seen.data
-        offset = _in_turn(places, row) - self.middle[patch]
+        offset = places[row] - self.middle[patch]
         distance = np.maximum(_lengths(offset), np.float32(1e-9))
         reach = self._radius[patch] / distance
         near = (reach > _WIDE) & self._strong[patch]
@@ -149,6 +151,9 @@ class GlossyPlaces:
         row, place, share, towards, reach = (
             np.concatenate(values) for values in zip(*parts, strict=True)
         )
+        # A receiver that is wide itself sees each place from many directions.
+        away = radii[row] / np.maximum(_lengths(places[row] - self._at[place]), np.float32(1e-9))
+        reach = np.hypot(reach, away)
         # What covers much of the hemisphere is touched, and seen from all heights.
         height = np.maximum(_OF_TOUCHED * np.sqrt(share), GRAZING).astype(np.float32)
         towards, lean = above(towards, self.normals[place], height)
@@ -186,7 +191,7 @@ class GlossyPlaces:
         key = _keys(seen.col, self._patch_of_cell[seen.row], self.count)
         held = np.isin(key, _keys(row, patch, self.count))
         cell, receiver = seen.row[held], seen.col[held].astype(np.int64)
-        offset = _in_turn(places, receiver) - of_transport.points[self.cells[cell]]
+        offset = places[receiver] - of_transport.points[self.cells[cell]]
         on = self._patch_of_cell[cell]
         radius = self._radius[on] / np.sqrt(np.bincount(self._patch_of_cell)[on])
         distance = np.maximum(_lengths(offset), np.float32(1e-3) * self._radius[on])
@@ -206,7 +211,7 @@ class GlossyPlaces:
     ) -> tuple[IndexArray, IndexArray, Array32, Array32, Array32]:
         """Pairs of patches nearby: their sample points, by what each covers of the hemisphere."""
         points = self._transport.points[self.glossy]
-        offset = places[row] - points[patch]
+        offset = places[row][:, None] - points[patch]
         distance = np.maximum(_lengths(offset), np.float32(1e-3) * radius[patch][:, None])
         towards = offset / distance[:, :, None]
         lean = np.einsum("nsi,nsi->ns", towards, self._transport.normals[self.glossy][patch])
@@ -222,6 +227,14 @@ class GlossyPlaces:
         held = covered > 0.0
         rows = np.broadcast_to(row[:, None], held.shape)
         return rows[held], each[held], covered[held], towards[held], reach[held]
+
+    @cached_property
+    def _at(self) -> Array32:
+        """(k, 3) of the places [m]."""
+        samples = self._transport.points[self.glossy].reshape(-1, 3)
+        cells = self._transport.cells
+        of_cells = samples[:0] if cells is None else cells.points[self.cells]
+        return np.concatenate([samples, self.middle, of_cells]).astype(np.float32)
 
     @cached_property
     def normals(self) -> Array32:
@@ -277,11 +290,6 @@ def _min_widths(share: Array32, reach: Array32, lean: Array32) -> Array32:
     wide = np.minimum(_OF_COVERED * np.sqrt(share[broad]), 1.0)
     width[broad] = np.maximum(width[broad], wide)
     return np.asarray(width, dtype=np.float32)
-
-
-def _in_turn(places: Array32, row: IndexArray) -> Array32:
-    """(n, 3) one of the places (r, k, 3) of each row, the next one for each pair."""
-    return np.asarray(places[row, np.arange(len(row)) % places.shape[1]])
 
 
 def _keys(row: IndexArray, patch: IndexArray, count: int) -> IndexArray:

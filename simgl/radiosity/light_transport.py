@@ -10,7 +10,6 @@ from scipy import sparse
 
 from simgl.arrays import Array, Array32, IndexArray, Mask
 from simgl.environment_map import SkyRadiance
-from simgl.radiosity.gather_points import PLACES
 from simgl.radiosity.sky_cells import sky_cells
 from simgl.rays import AnyRayTracer, RayTracer
 from simgl.scene.mesh import Mesh
@@ -165,12 +164,12 @@ class SamplePoints:
     count: IndexArray
 
 
-def _nowhere() -> Array32:
-    return np.zeros((0, PLACES, 3), dtype=np.float32)
-
-
-def _no_normals() -> Array32:
+def _no_vectors() -> Array32:
     return np.zeros((0, 3), dtype=np.float32)
+
+
+def _none() -> Array32:
+    return np.zeros(0, dtype=np.float32)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -199,9 +198,9 @@ class LightTransport:
     sharpened : (s, s) csc, values of gather points between which light has the means that their
         rays found (simgl/radiosity/interpolation.py); None where these means are the values
     sun_sharpened : (s + g, s + g) csc, the same with grids
-    start_places : (s + g, PLACES, 3) where the rays of gather points start in turn [m]; none where
-        sunlight is not gathered in advance
-    start_normals : (s + g, 3) unit, there
+    start_places, start_normals : (s + g, 3) where the rays of gather points start, in the mean [m],
+        and unit normals there; none where sunlight is not gathered in advance
+    start_radii : (s + g,) of these starts about their mean [m]
     """
 
     mesh: Mesh
@@ -226,8 +225,9 @@ class LightTransport:
     means: sparse.csc_matrix | None = None
     sharpened: sparse.csc_matrix | None = None
     sun_sharpened: sparse.csc_matrix | None = None
-    start_places: Array32 = field(default_factory=_nowhere)
-    start_normals: Array32 = field(default_factory=_no_normals)
+    start_places: Array32 = field(default_factory=_no_vectors)
+    start_normals: Array32 = field(default_factory=_no_vectors)
+    start_radii: Array32 = field(default_factory=_none)
 
     @property
     def digest(self) -> str:

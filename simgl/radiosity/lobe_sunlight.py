@@ -154,7 +154,7 @@ class LobeSunlight:
     def _to_points(self) -> list[LobePairs]:
         """To those of vertices and, where there are any, of grids."""
         transport, start, of_points = self._transport, 0, []
-        at, normals = transport.start_places, transport.start_normals
+        at, normals, radii = transport.start_places, transport.start_normals, transport.start_radii
         matrices = [transport.sun_gather]
         if transport.grids is not None:
             matrices.append(transport.grids.gather)
@@ -164,7 +164,7 @@ class LobeSunlight:
             if transport.cells is not None:
                 cells = transport.cells.gather[self._places.cells, part]
             seen = gather.tocsr()[:, self._places.glossy].tocoo()
-            pairs = self._places.pairs(seen, at[part], normals[part], cells)
+            pairs = self._places.pairs(seen, at[part], normals[part], radii[part], cells)
             of_points.append(LobePairs(pairs, self._places, self._laws))
             start = part.stop
         return of_points
@@ -178,8 +178,10 @@ class LobeSunlight:
             open_in_turn(vectors, transport.point_open)
             for vectors in (transport.points, transport.normals)
         )
+        middle = places.mean(axis=1)
+        radii = np.sqrt(np.sum((places - middle[:, None]) ** 2, axis=2).mean(axis=1))
         normal = unit_rows(normals.mean(axis=1).astype(np.float64)).astype(np.float32)
-        pairs = self._places.pairs(seen, places, normal)
+        pairs = self._places.pairs(seen, middle, normal, radii)
         return LobePairs(pairs, self._places, self._laws)
 
     @cached_property

@@ -36,7 +36,7 @@ def near_means(transport: LightTransport, nearness: Array32) -> sparse.csc_matri
         if grids is not None:
             node, held = _points_of_nodes(transport, grids, side)
             links += _links_of_grids(node, held, of_vertex[corners[grids.triangles]])
-    place, normal = transport.start_places.mean(axis=1), transport.start_normals
+    place, normal = transport.start_places, transport.start_normals
     return _means(np.concatenate(links), place, normal, nearness)
 
 

@@ -17,7 +17,6 @@ from simgl.lru_cache import MANY, LruCache
 from simgl.motion.joints import Joint
 from simgl.progress import ProgressCallback, begin_stage
 from simgl.radiosity.bake import BakeSettings, bake, sees_itself
-from simgl.radiosity.gather_points import PLACES
 from simgl.radiosity.hemisphere import SKY_CELLS
 from simgl.radiosity.jointed_bake import bake_jointed
 from simgl.radiosity.jointed_transport import JointedTransport
@@ -41,7 +40,7 @@ STEPS: dict[JointLight, float] = {"quick": np.radians(1.0), "exact": np.radians(
 # quick one, up to 50 MB if exact.
 MAX_BYTES = 512 << 20
 # Part of every key: with a change in how bakes are made or stored, old files are not read any more.
-VERSION = 19
+VERSION = 20
 
 _Bake = TypeVar("_Bake")
 _Part = TypeVar("_Part", PatchCells, LightGrids)
@@ -374,8 +373,9 @@ def _check(transport: LightTransport) -> None:
         if matrix is not None:
             matrix.check_format(full_check=True)
             right &= matrix.shape == (count, count)
-    right &= transport.start_places.shape in ((0, PLACES, 3), (every, PLACES, 3))
-    right &= transport.start_normals.shape in ((0, 3), (every, 3))
+    right &= len(transport.start_places) in (0, every)
+    right &= transport.start_places.shape == transport.start_normals.shape
+    right &= transport.start_radii.shape == transport.start_places.shape[:1]
     if transport.cells is not None:
         right &= _cells_somewhere(transport.cells, transport)
     if not right:

@@ -26,9 +26,9 @@ def seen() -> tuple[PlacePairs, GlossyPlaces, ReflectionLaws]:
     laws = reflection_laws([GREY, COLOURED, CONSERVING])
     places = GlossyPlaces(transport, laws)
     shares = transport.sun_gather.tocsr()[:, places.glossy].tocoo()
-    starts = transport.start_places, transport.start_normals
-    at, normals = (values[: shares.shape[0]] for values in starts)
-    return places.pairs(shares, at, normals), places, laws
+    starts = transport.start_places, transport.start_normals, transport.start_radii
+    receivers = (values[: shares.shape[0]] for values in starts)
+    return places.pairs(shares, *receivers), places, laws
 
 
 def by_pairs(

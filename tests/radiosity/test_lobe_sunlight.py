@@ -233,7 +233,7 @@ def test_directions_from_a_bent_patch_agree_with_their_heights_above_it() -> Non
     laws = reflection_laws([BLACK] + [WIDE["alpha 0.2"]] * len(sides))
     places = GlossyPlaces(transport, laws)
     seen = transport.sun_gather.tocsr()[:, places.glossy].tocoo()
-    starts = transport.start_places, transport.start_normals
+    starts = transport.start_places, transport.start_normals, transport.start_radii
     pairs = places.pairs(seen, *(values[: seen.shape[0]] for values in starts))
     ways = np.stack([pairs.x, pairs.y, pairs.z])
     cosine = np.einsum("in,ni->n", ways, places.normals[pairs.place])
