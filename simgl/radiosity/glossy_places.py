@@ -128,8 +128,7 @@ class GlossyPlaces:
         row, patch, share = seen.row.astype(np.int64), seen.col.astype(np.int64), seen.data
         offset = places[row] - self.middle[patch]
         distance = np.maximum(_lengths(offset), np.float32(1e-9))
-        reach = self._radius[patch] / distance
-        near = (reach > _WIDE) & self._strong[patch]
+        near = (self._radius[patch] > _WIDE * distance) & self._strong[patch]
         far = ~near
         parts = [
             (
@@ -137,7 +136,8 @@ class GlossyPlaces:
                 SAMPLES * len(self.glossy) + patch[far],
                 share[far],
                 offset[far] / distance[far, None],
-                reach[far],
+                self._radius[patch[far]],
+                distance[far],
             )
         ]
         if cells is not None:
@@ -148,12 +148,11 @@ class GlossyPlaces:
         parts.append(
             self._sampled(row[near], patch[near], share[near], places, normals, self._radius)
         )
-        row, place, share, towards, reach = (
+        row, place, share, towards, radius, distance = (
             np.concatenate(values) for values in zip(*parts, strict=True)
         )
         # A receiver that is wide itself sees each place from many directions.
-        away = radii[row] / np.maximum(_lengths(places[row] - self._at[place]), np.float32(1e-9))
-        reach = np.hypot(reach, away)
+        reach = np.hypot(radius, radii[row]) / distance
         # What covers much of the hemisphere is touched, and seen from all heights.
         height = np.maximum(_OF_TOUCHED * np.sqrt(share), GRAZING).astype(np.float32)
         towards, lean = above(towards, self.normals[place], height)
@@ -183,7 +182,7 @@ class GlossyPlaces:
 
     def _in_cells(
         self, row: IndexArray, patch: IndexArray, cells: sparse.csr_matrix, places: Array32
-    ) -> tuple[IndexArray, IndexArray, IndexArray, Array32, Array32, Array32]:
+    ) -> tuple[IndexArray, IndexArray, IndexArray, Array32, Array32, Array32, Array32]:
         """Which pairs of a receiver and a patch are seen in cells, by ``_keys``, and the cells."""
         of_transport = self._transport.cells
         assert of_transport is not None
@@ -196,9 +195,8 @@ class GlossyPlaces:
         radius = self._radius[on] / np.sqrt(np.bincount(self._patch_of_cell)[on])
         distance = np.maximum(_lengths(offset), np.float32(1e-3) * self._radius[on])
         place = (SAMPLES + 1) * len(self.glossy) + cell.astype(np.int64)
-        towards, reach = offset / distance[:, None], radius / distance
-        reach = reach.astype(np.float32)
-        return np.unique(key[held]), receiver, place, seen.data[held], towards, reach
+        towards, radius = offset / distance[:, None], radius.astype(np.float32)
+        return np.unique(key[held]), receiver, place, seen.data[held], towards, radius, distance
 
     def _sampled(
         self,
@@ -208,7 +206,7 @@ class GlossyPlaces:
         places: Array32,
         normals: Array32,
         radius: Array32,
-    ) -> tuple[IndexArray, IndexArray, Array32, Array32, Array32]:
+    ) -> tuple[IndexArray, IndexArray, Array32, Array32, Array32, Array32]:
         """Pairs of patches nearby: their sample points, by what each covers of the hemisphere."""
         points = self._transport.points[self.glossy]
         offset = places[row][:, None] - points[patch]
@@ -223,18 +221,10 @@ class GlossyPlaces:
         covered[few] *= _one_of_each(covered[few])
         covered *= (share / np.maximum(covered.sum(axis=1), 1e-30))[:, None]
         each = SAMPLES * patch[:, None] + np.arange(SAMPLES)
-        reach = radius[patch][:, None] / (np.float32(SAMPLES**0.5) * distance)
         held = covered > 0.0
         rows = np.broadcast_to(row[:, None], held.shape)
-        return rows[held], each[held], covered[held], towards[held], reach[held]
-
-    @cached_property
-    def _at(self) -> Array32:
-        """(k, 3) of the places [m]."""
-        samples = self._transport.points[self.glossy].reshape(-1, 3)
-        cells = self._transport.cells
-        of_cells = samples[:0] if cells is None else cells.points[self.cells]
-        return np.concatenate([samples, self.middle, of_cells]).astype(np.float32)
+        radii = np.broadcast_to(radius[patch][:, None] / np.float32(SAMPLES**0.5), held.shape)
+        return rows[held], each[held], covered[held], towards[held], radii[held], distance[held]
 
     @cached_property
     def normals(self) -> Array32:

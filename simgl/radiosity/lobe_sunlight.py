@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cached_property, partial
+from itertools import pairwise
 
 import numpy as np
 from scipy import sparse
@@ -15,6 +16,7 @@ from scipy import sparse
 from simgl.arrays import Array, Array32, IndexArray, Mask
 from simgl.radiosity.gather_points import open_in_turn, unit_rows
 from simgl.radiosity.glossy_places import GRAZING, GlossyPlaces, above
+from simgl.radiosity.in_turn import side_by_side
 from simgl.radiosity.light_transport import LightTransport, by_columns
 from simgl.radiosity.lobe_pairs import Light, LightOnPatches, LobePairs, SunOnPlaces
 from simgl.radiosity.reflection_laws import ReflectionLaws, lost_by_widening
@@ -153,21 +155,29 @@ class LobeSunlight:
     @cached_property
     def _to_points(self) -> list[LobePairs]:
         """To those of vertices and, where there are any, of grids."""
-        transport, start, of_points = self._transport, 0, []
-        at, normals, radii = transport.start_places, transport.start_normals, transport.start_radii
+        transport = self._transport
         matrices = [transport.sun_gather]
         if transport.grids is not None:
             matrices.append(transport.grids.gather)
-        for gather in matrices:
-            part = slice(start, start + gather.shape[0])
-            cells = None
-            if transport.cells is not None:
-                cells = transport.cells.gather[self._places.cells, part]
-            seen = gather.tocsr()[:, self._places.glossy].tocoo()
-            pairs = self._places.pairs(seen, at[part], normals[part], radii[part], cells)
-            of_points.append(LobePairs(pairs, self._places, self._laws))
-            start = part.stop
-        return of_points
+        ends = np.cumsum([0, *(gather.shape[0] for gather in matrices)]).tolist()
+        parts = [slice(*ends_of) for ends_of in pairwise(ends)]
+        some = zip(matrices, parts, strict=True)
+        return side_by_side([partial(self._to_some, gather, part) for gather, part in some])
+
+    def _to_some(self, gather: sparse.csc_matrix, part: slice) -> LobePairs:
+        """To some of the gather points."""
+        transport, cells = self._transport, None
+        if transport.cells is not None:
+            cells = transport.cells.gather[self._places.cells, part]
+        seen = gather.tocsr()[:, self._places.glossy].tocoo()
+        pairs = self._places.pairs(
+            seen,
+            transport.start_places[part],
+            transport.start_normals[part],
+            transport.start_radii[part],
+            cells,
+        )
+        return LobePairs(pairs, self._places, self._laws)
 
     @cached_property
     def _to_patches(self) -> LobePairs:

@@ -81,9 +81,10 @@ class SkyLobes:
         leaving: Array32 = albedo[:, :, None] * (irradiance[:, None] + more)
         glossy = self._lobes.glossy
         for cell in range(SKY_CELLS):
-            share = self._laws.of_light(self._law[glossy], facing[glossy, cell]).sum(axis=0)
-            share -= albedo[glossy]
-            leaving[glossy, :, cell] += share * irradiance[glossy, cell, None]
+            lit = glossy[irradiance[glossy, cell] > 0.0]
+            share = self._laws.of_light(self._law[lit], facing[lit, cell]).sum(axis=0)
+            share -= albedo[lit]
+            leaving[lit, :, cell] += share * irradiance[lit, cell, None]
         return leaving
 
     @cached_property
