@@ -52,7 +52,7 @@ def _light(*, is_plain: bool) -> Iterator[None]:
         yield
         return
     without_sky = patch("simgl.view.spacecraft_view.sky_view", lambda *_: None)
-    with without_sky, patch("simgl.passes.sunlight.shadow_values", _point_sun):
+    with without_sky, patch("simgl.passes.view_blocks.shadow_values", _point_sun):
         yield
 
 
