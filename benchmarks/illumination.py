@@ -47,7 +47,8 @@ def _point_sun(view: SpacecraftView, sample_grid: SampleGrid) -> dict[str, Any]:
 
 
 @contextmanager
-def _light(*, is_plain: bool) -> Iterator[None]:
+def light(*, is_plain: bool) -> Iterator[None]:
+    """Frames in it have plain light, or all."""
     if not is_plain:
         yield
         return
@@ -65,7 +66,7 @@ def cpu_ms(name: str) -> tuple[Array, Array]:
         for frame in range(_BEFORE + _FRAMES):
             ways = (every, first, False), (simple, second, True)
             for (scenario, simulator, is_plain), taken in zip(ways, times, strict=True):
-                with _light(is_plain=is_plain):
+                with light(is_plain=is_plain):
                     start = time.process_time()
                     state = scenario.at(scenario.epoch_tai_ns + frame * _STEP_NS)
                     for camera in scene.cameras(list(scenario.cameras), frame):

@@ -19,6 +19,7 @@ from simgl.radiosity.gather_points import (
     counts,
     face_normals,
     gather_points_of,
+    middle_and_radius,
     nearest_open,
     places_of,
 )
@@ -201,14 +202,13 @@ def _with_finer_sunlight(
         nearness = np.concatenate([nearness, at_nodes.nearness])
         starts.append(of_nodes)
     places = np.concatenate([each.where_open(transport.mesh) for each in starts])
-    middle = places.mean(axis=1)
-    away2 = np.sum((places - middle[:, None]) ** 2, axis=2)
+    middle, radius = middle_and_radius(places)
     transport = replace(
         transport,
         cells=cells,
         grids=grids,
         start_places=middle.astype(np.float32),
-        start_radii=np.sqrt(away2.mean(axis=1)).astype(np.float32),
+        start_radii=radius.astype(np.float32),
         start_normals=np.concatenate([each.normals for each in starts]).astype(np.float32),
     )
     return replace(

@@ -141,6 +141,13 @@ def open_in_turn(places: _Vectors, open_: Mask) -> _Vectors:
     return np.asarray(np.take_along_axis(places, chosen[:, :, None], axis=1))
 
 
+def middle_and_radius(places: _Vectors) -> tuple[_Vectors, _Vectors]:
+    """(n, 3) the mean of places (n, k, 3), and (n,) how far they lie from it, rms."""
+    middle = places.mean(axis=1)
+    away2 = np.sum((places - middle[:, None]) ** 2, axis=2)
+    return np.asarray(middle), np.asarray(np.sqrt(away2.mean(axis=1)))
+
+
 def unit_rows(vectors: Array) -> Array:
     """(n, 3) vectors of length 1; a zero vector stays zero."""
     length = np.linalg.norm(vectors, axis=1, keepdims=True)

@@ -145,9 +145,7 @@ class GlossyPlaces:
             in_cells = self._in_cells(row[much], patch[much], cells, places)
             near &= ~np.isin(_keys(row, patch, self.count), in_cells[0])
             parts.append(in_cells[1:])
-        parts.append(
-            self._sampled(row[near], patch[near], share[near], places, normals, self._radius)
-        )
+        parts.append(self._sampled(row[near], patch[near], share[near], places, normals))
         row, place, share, towards, radius, distance = (
             np.concatenate(values) for values in zip(*parts, strict=True)
         )
@@ -205,12 +203,11 @@ class GlossyPlaces:
         share: Array32,
         places: Array32,
         normals: Array32,
-        radius: Array32,
     ) -> tuple[IndexArray, IndexArray, Array32, Array32, Array32, Array32]:
         """Pairs of patches nearby: their sample points, by what each covers of the hemisphere."""
         points = self._transport.points[self.glossy]
         offset = places[row][:, None] - points[patch]
-        distance = np.maximum(_lengths(offset), np.float32(1e-3) * radius[patch][:, None])
+        distance = np.maximum(_lengths(offset), np.float32(1e-3) * self._radius[patch][:, None])
         towards = offset / distance[:, :, None]
         lean = np.einsum("nsi,nsi->ns", towards, self._transport.normals[self.glossy][patch])
         facing = -np.einsum("nsi,ni->ns", towards, normals[row])
@@ -223,7 +220,7 @@ class GlossyPlaces:
         each = SAMPLES * patch[:, None] + np.arange(SAMPLES)
         held = covered > 0.0
         rows = np.broadcast_to(row[:, None], held.shape)
-        radii = np.broadcast_to(radius[patch][:, None] / np.float32(SAMPLES**0.5), held.shape)
+        radii = np.broadcast_to(self._radius[patch][:, None] / np.float32(SAMPLES**0.5), held.shape)
         return rows[held], each[held], covered[held], towards[held], radii[held], distance[held]
 
     @cached_property

@@ -14,7 +14,7 @@ import numpy as np
 from scipy import sparse
 
 from simgl.arrays import Array, Array32, IndexArray, Mask
-from simgl.radiosity.gather_points import open_in_turn, unit_rows
+from simgl.radiosity.gather_points import middle_and_radius, open_in_turn, unit_rows
 from simgl.radiosity.glossy_places import GRAZING, GlossyPlaces, above
 from simgl.radiosity.in_turn import side_by_side
 from simgl.radiosity.light_transport import LightTransport, by_columns
@@ -188,10 +188,9 @@ class LobeSunlight:
             open_in_turn(vectors, transport.point_open)
             for vectors in (transport.points, transport.normals)
         )
-        middle = places.mean(axis=1)
-        radii = np.sqrt(np.sum((places - middle[:, None]) ** 2, axis=2).mean(axis=1))
         normal = unit_rows(normals.mean(axis=1).astype(np.float64)).astype(np.float32)
-        pairs = self._places.pairs(seen, middle, normal, radii)
+        middle, radius = middle_and_radius(places)
+        pairs = self._places.pairs(seen, middle, normal, radius)
         return LobePairs(pairs, self._places, self._laws)
 
     @cached_property
