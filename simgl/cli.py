@@ -6,12 +6,13 @@ gets one line, too.
 
 from __future__ import annotations
 
-from simgl import interruption
+from simgl import blas_threads, interruption
 
 
 def main() -> None:
     """Run ``simgl`` with the arguments of this process."""
     interruption.end_by_signals()
+    blas_threads.use_one_thread()
     try:
         from simgl.commands.application import run
 

@@ -14,6 +14,7 @@ from typing import Any
 
 import msgspec
 
+from simgl.blas_threads import ONE_THREAD
 from simgl.errors import BridgeError
 from simgl.interruption import block_interrupts
 from simgl_bridge.server import Stop, print_line
@@ -77,7 +78,9 @@ def start_renderer(
     text = msgspec.json.encode(options).decode()
     # Ctrl-C is for the server, which ends its renderer when the image in hand is sent.
     return subprocess.Popen(
-        [*RENDERER_COMMAND, address, str(os.getpid()), text], start_new_session=True
+        [*RENDERER_COMMAND, address, str(os.getpid()), text],
+        start_new_session=True,
+        env={**ONE_THREAD, **os.environ},
     )
 
 

@@ -18,6 +18,7 @@ from typing import Any
 import msgspec
 import zmq
 
+from simgl.blas_threads import ONE_THREAD
 from simgl.errors import BridgeError
 from simgl_bridge.messages import Images, Statistics
 from simgl_bridge.server import print_line
@@ -25,8 +26,6 @@ from simgl_bridge.sockets import receive, send
 
 # The view's process, before its arguments.
 _COMMAND = (sys.executable, "-m", "simgl_bridge.web_process")
-# Libraries of linear algebra keep idle threads spinning, which a loop would feel.
-_ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 # A process that was asked to end is killed after this [s].
 _PATIENCE = 2.0
 
@@ -74,7 +73,7 @@ class WebFeed:
             self._process: subprocess.Popen[bytes] | None = subprocess.Popen(
                 [*_COMMAND, address, str(os.getpid()), text],
                 start_new_session=True,
-                env={**os.environ, **_ONE_THREAD},
+                env={**ONE_THREAD, **os.environ},
             )
         except BaseException:
             self._context.destroy(linger=0)

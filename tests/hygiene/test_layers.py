@@ -11,6 +11,7 @@ from tests.hygiene.source import imported_modules, imports, modules
 LAYERS = (
     (
         "arrays",
+        "blas_threads",
         "content_digest",
         "errors",
         "garbage_collection",
