@@ -244,7 +244,7 @@ def _read_model(
         raise AssetError(f'model "{name}": unit_m must be positive and finite, got {unit_m}')
     file_to_body = body_from_file(1.0 if unit_m is None else unit_m, up_axis, forward_axis)
     kind = Path(name).suffix.lower()
-    shipped = "/" not in name and kind not in (*_MESH_SUFFIXES, ".toml")
+    shipped = not kind and "/" not in name
     if shipped and name not in shipped_models():
         raise AssetError(f'no model "{name}"; {did_you_mean(name, shipped_models())}')
     if shipped or kind == ".toml":

@@ -6,12 +6,12 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import Annotated, Any
 
-from msgspec import Meta
+from msgspec import Meta, structs
 
 from simgl import assets
 from simgl.config.curve_files import read_fractions
 from simgl.config.path_sandbox import Base
-from simgl.config.validation import convert, read_toml
+from simgl.config.validation import convert, exactly_one, read_toml
 from simgl.config.value_types import (
     BandValues,
     Fraction,
@@ -181,10 +181,7 @@ def read_primitive(table: PrimitiveTable, name: str, where: str, base: Base) -> 
 
     base : folder of relative paths
     """
-    shapes_given = [kind for kind in table.__struct_fields__ if getattr(table, kind) is not None]
-    if len(shapes_given) != 1:
-        raise ConfigError(where, "model", "needs exactly one of plate, sphere, box, cylinder")
-    kind = shapes_given[0]
+    kind = exactly_one(structs.asdict(table), where, "model")
     shape: PlateTable | SphereTable | BoxTable | CylinderTable = getattr(table, kind)
     material = material_of(shape.material, name, where, f"model.{kind}.material", base)
     return SpacecraftModel(name=name, mesh=shape.mesh(), parts=(name,), materials=(material,))

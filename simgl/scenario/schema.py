@@ -137,13 +137,17 @@ class SkyTable(Table, frozen=True, kw_only=True):
 
 
 class OrbitTable(Table, frozen=True, kw_only=True):
-    """A two-body orbit; size by ``altitude_km`` (circular) or ``semi_major_axis_km``.
+    """A two-body orbit.
 
+    altitude_km : of a circular orbit, above the equatorial radius of 6378.137 km
+    semi_major_axis_km : of an eccentric one, instead
+    true_anomaly_deg : position on the orbit at the epoch
     j2 : node, perigee and mean anomaly drift with the Earth's oblateness
     """
 
-    altitude_km: Positive | None = None
-    semi_major_axis_km: Positive | None = None
+    # The limits lie within the Earth's gravity and refuse metres of any orbit.
+    altitude_km: Annotated[float, Meta(gt=0.0, le=100_000.0)] | None = None
+    semi_major_axis_km: Annotated[float, Meta(gt=0.0, le=1_000_000.0)] | None = None
     eccentricity: Annotated[float, Meta(ge=0.0, lt=1.0)] = 0.0
     inclination_deg: Annotated[float, Meta(ge=0.0, le=180.0)] = 0.0
     raan_deg: float = 0.0

@@ -146,10 +146,10 @@ def test_a_killed_run_goes_on_to_the_same_bytes(scene: Path, tmp_path: Path) -> 
     [
         (["--duration", "60"], "needs exactly one of --step, --count, --random, --event; got none"),
         (["--duration", "60", "--step", "5", "--count", "3"], "got --step and --count"),
-        (["--count", "3"], "--to or --duration is required, not both"),
+        (["--count", "3"], "needs exactly one of --to, --duration; got none of them"),
         (
             ["--to", "2026-03-20", "--duration", "5", "--count", "3"],
-            "--to or --duration is required",
+            "needs exactly one of --to, --duration; got --to and --duration",
         ),
         (
             ["--to", "2026-03-19T00:00:00", "--count", "3"],
