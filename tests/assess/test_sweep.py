@@ -215,7 +215,7 @@ def test_axes_are_read_in_their_order() -> None:
     ("texts", "complaint"),
     [
         (["f_number"], '--sweep must be NAME=VALUES, got "f_number"'),
-        (["f_nmber=2"], '--sweep "f_nmber": did you mean "f_number"?'),
+        (["f_nmber=2"], '--sweep has no "f_nmber"; did you mean "f_number"?'),
         (["f_number=2", "f_number=4"], "--sweep names f_number twice"),
         (["f_number=2,2"], "f_number names a value twice"),
         (["f_number=2,x"], 'f_number must be a number, got "x"'),
