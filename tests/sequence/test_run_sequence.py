@@ -198,8 +198,8 @@ def test_a_folder_of_another_sequence_is_refused_and_kept(
     before = contents(out)
     capsys.readouterr()
     line = refused(monkeypatch, capsys, scene, "--out", out, *options, "--count", "3")
-    assert "holds another sequence: its frames is 2, now 3; take another folder" in line
+    assert "holds another run: frames was 2, now 3; take another folder" in line
     scene.write_text(SCENE.replace("seed = 3", "seed = 4"))
     line = refused(monkeypatch, capsys, scene, "--out", out, *options, "--count", "2")
-    assert "holds another sequence: its scenario is" in line
+    assert "holds another run: scenario has changed" in line
     assert contents(out) == before
