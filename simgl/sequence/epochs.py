@@ -111,7 +111,8 @@ def _target(scenario: Scenario, target: str | None) -> str:
             raise ConfigError(str(scenario.source), "spacecraft", "is missing; an event needs one")
         return names[0]
     if target not in names:
-        raise ConfigError(_COMMAND_LINE, "--target", f'"{target}": {did_you_mean(target, names)}')
+        problem = f'"{target}" is not in the scenario; {did_you_mean(target, names)}'
+        raise ConfigError(_COMMAND_LINE, "--target", problem)
     return target
 
 
