@@ -172,7 +172,7 @@ def test_a_killed_run_goes_on_to_the_same_bytes(scene: Path, tmp_path: Path) -> 
         (["--duration", "60", "--event", "umbra_entry"], "--event begins nowhere in the span"),
         (
             ["--duration", "60", "--event", "umbra_entry", "--target", "x"],
-            '--target "x": allowed: target',
+            '--target "x" is not in the scenario; allowed: target',
         ),
     ],
 )
