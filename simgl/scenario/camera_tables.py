@@ -73,10 +73,13 @@ def _pointing(
     up = (0.0, 0.0, -1.0)
     if axes == "lvlh" and isinstance(towards, np.ndarray) and not np.any(towards[:2]):
         up = (1.0, 0.0, 0.0)  # Nadir or zenith: the top of the image lies ahead.
+    top = direction(table.up or up, where, "up")
+    if table.up and isinstance(towards, np.ndarray) and abs(towards @ top) > 1.0 - 1e-9:
+        raise ConfigError(where, "up", f"must not lie along boresight, got {shown(table.up)}")
     return Pointing(
         towards=towards,
         axes=axes,
-        up=direction(table.up or up, where, "up"),
+        up=top,
         sun_exclusion=np.radians(table.keep_from_sun_deg or 0.0),
     )
 

@@ -38,6 +38,12 @@ DAMAGES = (
         " [camera.nav]: needs exactly one of look_at, limb, boresight; got look_at and boresight",
     ),
     Damage(
+        "top of the image along the view",
+        LOOK,
+        "boresight = [0.0, 0.0, 2.0]\nup = [0.0, 0.0, -1.0]",
+        " [camera.nav]: up must not lie along boresight, got [0.0, 0.0, -1.0]",
+    ),
+    Damage(
         "looking at a place that is not there",
         LOOK,
         'look_at = { target = "chaser", keypoint = "docking_prt" }',
