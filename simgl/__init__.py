@@ -96,11 +96,6 @@ _MODULES = {
     "sequence.epoch_options": "Event",
     "simulator": "ALL_PRODUCTS Capture Product Simulator",
 }
-_RENAMED = {
-    "Exposure": "Capture",
-    "events": "event_epochs",
-    "examine": "measure_camera",
-}
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names.split()}
 
 __all__ = sorted([*_MODULE_OF, "__version__"])
@@ -119,8 +114,6 @@ def __getattr__(name: str) -> Any:
         from importlib import import_module
 
         value = getattr(import_module(f"simgl.{_MODULE_OF[name]}"), name)
-    elif name in _RENAMED:
-        raise AttributeError(f"simgl.{name} is now simgl.{_RENAMED[name]}")
     else:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     globals()[name] = value

@@ -148,11 +148,15 @@ def _show_in_lines(text: _Text | None) -> None:
 
 
 def load(path: Path) -> Scenario:
-    """The scenario of a file; raises ConfigError and AssetError."""
+    """The scenario of a file, its models' notes on stderr; raises ConfigError and AssetError."""
     with activity(f"loading {path.name}"):
         from simgl.scenario.loader import load_scenario
 
-        return load_scenario(path)
+        scenario = load_scenario(path)
+    for spacecraft, model in scenario.models.items():
+        for note in () if _quiet else model.notes:
+            print(f"simgl: note: {spacecraft}: {note}", file=sys.stderr)
+    return scenario
 
 
 def opened(scenario: Scenario) -> Simulator:

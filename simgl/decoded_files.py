@@ -24,9 +24,7 @@ _STRIP_ROWS = 16
 _MAX_HEADER_BYTES = 1 << 16
 
 
-def decoded_image(
-    content: bytes, max_pixels: int, formats: tuple[str, ...] = IMAGE_FORMATS
-) -> Image.Image:
+def decoded_image(content: bytes, max_pixels: int) -> Image.Image:
     """The image in a file, its pixels decoded.
 
     Raises ValueError, to be read after the file's name, for no image, a damaged one, and one of
@@ -36,7 +34,7 @@ def decoded_image(
         with warnings.catch_warnings():
             # The limit is ours.
             warnings.simplefilter("ignore", Image.DecompressionBombWarning)
-            image = Image.open(io.BytesIO(content), formats=formats)
+            image = Image.open(io.BytesIO(content), formats=IMAGE_FORMATS)
             width, height = image.size
             if width * height > max_pixels:
                 problem = f"has {width} x {height} pixels, at most {max_pixels} in all are read"

@@ -18,8 +18,10 @@ import msgspec
 from msgspec import inspect
 
 from simgl.camera.camera_schema import (
+    CalibrationTable,
     CameraPresetTable,
     CurveTable,
+    EventSensorTable,
     FiltersTable,
     ParticlesTable,
     ThermalCameraTable,
@@ -32,7 +34,18 @@ from simgl.camera.lens_schema import (
     OpticsTable,
 )
 from simgl.config.value_types import Table
-from simgl.model_files.surface_tables import MaterialTable, PrimitiveTable
+from simgl.model_files.surface_tables import (
+    BoxTable,
+    CellsTable,
+    CoatTable,
+    CrinkleTable,
+    CylinderTable,
+    MaterialTable,
+    PlateTable,
+    PrimitiveTable,
+    SphereTable,
+    ThermalSurfaceTable,
+)
 from simgl.scenario import schema
 from simgl.scenario.uncertainty import UncertaintyTable
 
@@ -43,8 +56,9 @@ _HEAD = """# Scenario keys
 
 Every key of scenario and preset files, generated from the schema by
 `python -m tools.scenario_page`. [Scenario files](scenario.md) and [the camera](camera.md) explain
-how the keys work together and how they affect an image. A key without "needed" is optional; if it
-has no default, its row or these pages state what applies. Bands are R, G, B, N.
+how the keys work together and how they affect an image; [assessment](assessment.md#requirements)
+lists the keys of `[requirements]`. A key without "needed" is optional; if it has no default, its
+row or these pages state what applies. Bands are R, G, B, N.
 """
 TABLES: Mapping[str, type[Table]] = {
     "[epoch]": schema.EpochTable,
@@ -58,8 +72,17 @@ TABLES: Mapping[str, type[Table]] = {
     "[spacecraft.NAME] trajectory, attitude_file, joint_file": schema.MotionFileTable,
     "[spacecraft.NAME.point_at]": schema.PointAtTable,
     "[spacecraft.NAME.model]": PrimitiveTable,
+    "[spacecraft.NAME.model] plate": PlateTable,
+    "[spacecraft.NAME.model] sphere": SphereTable,
+    "[spacecraft.NAME.model] box": BoxTable,
+    "[spacecraft.NAME.model] cylinder": CylinderTable,
     "[spacecraft.NAME.model] material": MaterialTable,
+    "[spacecraft.NAME.model] material.coat": CoatTable,
+    "[spacecraft.NAME.model] material.cells": CellsTable,
+    "[spacecraft.NAME.model] material.crinkle": CrinkleTable,
+    "[spacecraft.NAME.model] material.thermal": ThermalSurfaceTable,
     "[camera.NAME]": schema.CameraTable,
+    "[camera.NAME] calibration": CalibrationTable,
     "[camera.NAME.about]": schema.OrbitingTable,
     "[camera.NAME.look_at]": schema.LookAtTable,
     "[camera.NAME.limb]": schema.LimbTable,
@@ -69,6 +92,7 @@ TABLES: Mapping[str, type[Table]] = {
     "[camera.NAME.optics] field_zones": FieldZoneTable,
     "[camera.NAME.optics] surfaces": LensSurfaceTable,
     "[camera.NAME.lidar]": LidarTable,
+    "[camera.NAME.event_sensor]": EventSensorTable,
     "[camera.NAME.thermal]": ThermalCameraTable,
     "[lamp.NAME]": schema.LampTable,
     "[assess]": schema.AssessTable,
@@ -79,6 +103,8 @@ TABLES: Mapping[str, type[Table]] = {
     "Preset file, [qe], [window], [micro_lens]": CurveTable,
     "Preset file, [filters]": FiltersTable,
 }
+# Where the meanings of keys stand, if not in the docstring of their table.
+_MEANINGS_OF: Mapping[type, type] = {schema.AssessTable: schema.UsabilityCriteria}
 # The longest suffix counts.
 _UNITS = {
     "w_m2_sr": "W m-2 sr-1", "w_m2": "W m-2", "w": "W", "km": "km", "m": "m", "mm": "mm",
@@ -126,7 +152,7 @@ def _row(table: type[Table], field: Any) -> str:
         _allowed(inspect.type_info(field.type)),
         default,
         "" if example is None else f"`{_toml(example)}`",
-        _meanings(table).get(key, ""),
+        meanings_of(table).get(key, ""),
     )
     return "| " + " | ".join(cell.replace("|", r"\|") for cell in cells) + " |\n"
 
@@ -139,10 +165,10 @@ def _unit(key: str) -> str:
     return ""
 
 
-def _meanings(table: type[Table]) -> dict[str, str]:
+def meanings_of(table: type[Table]) -> dict[str, str]:
     """What the docstrings of a table and its bases say of its keys."""
     meanings: dict[str, str] = {}
-    for cls in reversed(table.__mro__):
+    for cls in reversed(_MEANINGS_OF.get(table, table).__mro__):
         entry: list[str] = []
         for line in (cls.__doc__ or "").splitlines():
             if match := re.match(r" {4}(\w+(?:, \w+)*) : (.*)", line):

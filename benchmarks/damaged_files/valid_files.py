@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import io
 import json
 import struct
@@ -26,6 +25,7 @@ from simgl.motion.files.motion_reader import read_angles, read_attitude, read_pa
 from simgl.physics.ephemeris import tai_ns_from_utc
 from simgl.scenario.scenario import Scenario
 from simgl.scene.star_catalogue import shipped_stars
+from tests.motion.motion_files import AEM, TABLE, TLE
 
 EPOCH = "2026-03-20T12:00:00"
 SCENE = f"""\
@@ -146,40 +146,6 @@ META_STOP
 2026-03-20T12:01:00 6985.364 452.454 0.000 -0.488 7.530 0.0
 2026-03-20T12:02:00 6941.516 903.016 0.000 -0.973 7.483 0.0
 2026-03-20T12:03:00 6868.640 1349.802 0.000 -1.455 7.404 0.0
-"""
-AEM = """\
-CCSDS_AEM_VERS = 1.0
-CREATION_DATE = 2026-01-01T00:00:00
-ORIGINATOR = TEST
-META_START
-OBJECT_NAME = TARGET
-OBJECT_ID = 2026-001A
-REF_FRAME_A = ICRF
-REF_FRAME_B = SC_BODY_1
-ATTITUDE_DIR = A2B
-TIME_SYSTEM = UTC
-START_TIME = 2026-03-20T12:00:00
-STOP_TIME = 2026-03-20T12:02:00
-ATTITUDE_TYPE = QUATERNION
-QUATERNION_TYPE = LAST
-META_STOP
-DATA_START
-2026-03-20T12:00:00 0.0 0.0 0.0 1.0
-2026-03-20T12:01:00 0.0 0.0 0.5 0.8660254037844386
-2026-03-20T12:02:00 0.0 0.0 0.8660254037844386 0.5
-DATA_STOP
-"""
-# The International Space Station, from the description of the format in public use since 2008.
-TLE = """\
-ISS (ZARYA)
-1 25544U 98067A   08264.51782528 -.00002182  00000-0 -11606-4 0  2927
-2 25544  51.6416 247.4627 0006703 130.5360 325.0288 15.72125391563537
-"""
-TABLE = """\
-utc,x_m,y_m,z_m,vx_m_s,vy_m_s,vz_m_s
-2026-03-20T12:00:00,7000000,0,0,0,7546,0
-2026-03-20T12:00:10,6999594,75458,0,-81,7545.6,0
-2026-03-20T12:00:20,6998376,150908,0,-163,7544.2,0
 """
 JOINTS = "time_s,joint_hinge_deg\n-10,0\n0,10\n600,30\n6000,-20\n"
 CURVE = "wavelength_nm,qe\n400,0.4\n550,0.7\n700,0.5\n1000,0.05\n"
@@ -375,11 +341,6 @@ def write_all(folder: Path) -> None:
     make_keys("server", folder)
     make_keys("client", folder)
     (folder / "run.bin").write_bytes(_recording())
-
-
-def embedded(data: bytes) -> str:
-    """A data URI."""
-    return f"data:application/octet-stream;base64,{base64.b64encode(data).decode()}"
 
 
 def check_valid(folder: Path) -> None:

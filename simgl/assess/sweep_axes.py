@@ -50,7 +50,9 @@ def _axis(text: str) -> Axis:
         raise ConfigError("command line", "--sweep", problem)
     name = name.strip()
     if name not in _LIMITS:
-        raise ConfigError("command line", "--sweep", f'"{name}": {did_you_mean(name, _LIMITS)}')
+        raise ConfigError(
+            "command line", "--sweep", f'has no "{name}"; {did_you_mean(name, _LIMITS)}'
+        )
     values = _span(where, given) if ":" in given else [_number(where, v) for v in given.split(",")]
     low, high = _LIMITS[name]
     for value in values:

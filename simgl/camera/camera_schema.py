@@ -13,7 +13,9 @@ from simgl.config.value_types import BandValues, Fraction, NonNegative, Positive
 class CurveTable(Table, frozen=True, kw_only=True):
     """A curve over wavelength, linear between its points and 0 outside.
 
-    Either both lists, or the path of a CSV file with two columns: wavelength in nm, and value.
+    wavelength_nm : increasing
+    value : one for each wavelength
+    csv : instead of both: a CSV file of wavelength in nm and value
     """
 
     wavelength_nm: Annotated[tuple[float, ...], Meta(max_length=100_000)] | None = None
@@ -22,7 +24,10 @@ class CurveTable(Table, frozen=True, kw_only=True):
 
 
 class FiltersTable(Table, frozen=True, kw_only=True):
-    """Transmission of a colour detector's pixel filters."""
+    """Transmission of a colour detector's pixel filters.
+
+    red, green, blue : transmission of the pixels of this colour
+    """
 
     red: CurveTable
     green: CurveTable
@@ -68,6 +73,8 @@ class ThermalCameraTable(Table, frozen=True, kw_only=True):
     detector : a preset with optics, number and pitch of pixels; the keys below override it
     band_um : lowest and highest wavelength
     transmission : transmission of the optics; they emit what they absorb
+    f_number : focal length over aperture
+    optics_temperature_k : temperature of the optics
     netd_mk : NETD of a bolometer at 300 K
     range_k : bolometer: temperatures of black bodies at its lowest and highest DN
     integration_time_ms : integration time of a photon detector
@@ -93,15 +100,27 @@ Pixels = Annotated[int, Meta(ge=1, le=MAX_EDGE)]
 class DetectorTable(Table, frozen=True, kw_only=True):
     """Detector keys that preset files and ``[camera.NAME]`` share.
 
+    width_px, height_px : size of the image
+    pixel_pitch_um : from pixel to pixel
     fill_factor : fraction of a pixel's light that reaches the photodiode
+    full_well_e : electrons at which a pixel is full
+    read_noise_e : rms of the electronics, new in every frame
+    bits : of the converter
+    pedestal_dn : DN of a pixel without charge
+    analogue_gain : factor before the converter
     gain_e_per_dn : at an analogue gain of 1
     mosaic : colours of 2 x 2 pixels row by row from the top left; "mono" for no filters
     dark_current_e_s, hot_current_e_s : at 300 K
+    temperature_k : of the detector; dark current follows it
+    dsnu_e : fixed rms offset of pixels
     prnu : rms variation of the pixels' response, fraction of its mean
     dead_pixels, hot_pixels : fraction of all pixels
     row_pattern_e, column_pattern_e : fixed rms offset of rows and columns
     row_noise_e : rms offset of rows, new in every frame
     blooming : fraction of the charge beyond the full well that flows along the column
+    shutter : "global", or "rolling": rows one after another, each ``row_time_us`` later
+    row_time_us : between the starts of two rows of a rolling shutter
+    particles : charged particles through the detector
     """
 
     width_px: Pixels | None = None
@@ -139,6 +158,7 @@ class CameraPresetTable(DetectorTable, frozen=True, kw_only=True):
     window : transmission of cover glass and infrared filter
     micro_lens : fraction of the light that reaches the photodiode through the micro-lens
     filters : filters of a colour detector
+    optics : imperfections of a lens
     """
 
     source: str
@@ -158,7 +178,11 @@ class CameraPresetTable(DetectorTable, frozen=True, kw_only=True):
 
 
 class CalibrationTable(Table, frozen=True, kw_only=True):
-    """A calibration file; ``camera`` selects one of several cameras in it."""
+    """A calibration file.
+
+    file : path of the file, from the folder of the scenario
+    camera : selects one of several cameras in it
+    """
 
     file: str
     camera: str | None = None
@@ -167,11 +191,20 @@ class CalibrationTable(Table, frozen=True, kw_only=True):
 class CameraSettingsTable(DetectorTable, frozen=True, kw_only=True):
     """``[camera.NAME]``: a preset, and keys that override it.
 
+    preset : name of a shipped preset, or path of a preset file
     focal_length_mm : default 13; may be given in pixels or by a calibration instead
     focal_length_px : one number, or two along the image's rows and columns
     principal_point_px : column and row; the centre of the first pixel is (0.5, 0.5)
     skew_px : shift to the right of a point 45 deg below the boresight
     calibration : file of OpenCV, ROS or Kalibr with all of these, image size and distortion
+    f_number : focal length over aperture
+    exposure_time_s : its middle is the epoch of the image
+    readout_time_s : from the end of the exposure until the image is read
+    transport_latency_s : from there until flight software has the image
+    transmission : of the lens, one number or four bands
+    optics : imperfections of the lens
+    lidar : a flash LIDAR that receives through this camera
+    event_sensor : makes it an event camera
     quantum_efficiency : electrons per photon without filters, one number or four bands
     thermal : makes it a thermal camera; keys of visible-light cameras are then refused
     serial : seed of the camera's fixed pattern; default: from its name

@@ -29,6 +29,7 @@ from simgl.camera.event_sensor import EventSensor
 from simgl.camera.spectral_response import ResponseCurve
 from simgl.config.curve_files import check_wavelengths, read_curve_file
 from simgl.config.path_sandbox import Base
+from simgl.config.validation import exactly_one
 from simgl.config.value_types import fractions
 from simgl.errors import ConfigError
 from simgl.physics.spectrum import (
@@ -58,12 +59,13 @@ _WAVELENGTHS: Array = np.linspace(SHORTEST_NM, LONGEST_NM, 2201)
 
 def _curve(table: CurveTable, path: Path, key: str, folder: Base) -> Curve:
     """A preset's curve."""
-    if (table.csv is None) == (table.value is None):
-        raise ConfigError(str(path), f"{key}.value", "or csv is required, not both")
     where = str(path)
+    exactly_one({"value": table.value, "csv": table.csv}, where, key)
     wavelength: Any = table.wavelength_nm
     value: Any = table.value
     if table.csv is not None:
+        if wavelength is not None:
+            raise ConfigError(where, f"{key}.wavelength_nm", "contradicts csv; give one of them")
         file, wavelength, value = read_curve_file(table.csv, folder, where, f"{key}.csv")
         where = str(file)
     if wavelength is None or len(wavelength) != len(value):

@@ -17,8 +17,10 @@ class DistortionTable(Table, frozen=True, kw_only=True):
     """The projection of a lens; coefficients as in OpenCV.
 
     model : "pinhole" with Brown-Conrady's distortion; "fisheye", Kannala-Brandt; "double_sphere"
-    k1 to k6, p1, p2, s1 to s4, tau_x, tau_y : of a pinhole; tau_x and tau_y in radians
-    k1 to k4 : of a fisheye
+    k1, k2, k3, k4, k5, k6 : radial, of a pinhole; k1 to k4 of a fisheye
+    p1, p2 : tangential, of a pinhole
+    s1, s2, s3, s4 : thin prism, of a pinhole
+    tau_x, tau_y : tilt of the detector in radians, of a pinhole
     xi, alpha : of a double sphere
     """
 
@@ -42,7 +44,11 @@ class DistortionTable(Table, frozen=True, kw_only=True):
 
 
 class FieldZoneTable(Table, frozen=True, kw_only=True):
-    """Blur off the axis, at a fraction 0..1 of the half diagonal."""
+    """Blur off the axis.
+
+    at : distance from the image centre, as a fraction of the half diagonal
+    aberration_um, defocus_um : as those on the axis
+    """
 
     at: Annotated[float, Meta(gt=0.0, le=1.0)]
     aberration_um: NonNegative = 0.0
@@ -50,7 +56,13 @@ class FieldZoneTable(Table, frozen=True, kw_only=True):
 
 
 class LensSurfaceTable(Table, frozen=True, kw_only=True):
-    """A surface of a lens; ``radius_mm`` 0 is a plane, ``index`` belongs to the medium behind."""
+    """A surface of a lens.
+
+    radius_mm : of curvature, positive with the centre behind the surface; 0 is a plane
+    gap_mm : to the next surface
+    index : refractive index of the medium behind
+    reflectance : default: ``coating_reflectance``
+    """
 
     radius_mm: float
     gap_mm: NonNegative
@@ -63,6 +75,8 @@ class OpticsTable(Table, frozen=True, kw_only=True):
 
     camera_equation : irradiance pi L T / (4 N^2), or pi L T / (1 + 4 N^2)
     vignetting : "cos4", "none", or "measured" with a profile by angle off the axis
+    vignetting_angle_deg, vignetting_relative : that profile: angles, and light relative to the axis
+    distortion : projection of the lens
     diffraction : by f-number and band
     aberration_um : standard deviation of a Gaussian in the image plane
     defocus_um : distance from best focus to the detector
@@ -98,6 +112,9 @@ class OpticsTable(Table, frozen=True, kw_only=True):
 class LidarTable(Table, frozen=True, kw_only=True):
     """``[camera.NAME.lidar]``: a flash LIDAR that receives through the camera's lens and pixels.
 
+    wavelength_nm : of the laser
+    pulse_energy_mj : of one pulse
+    pulse_length_ns : full width at half maximum of a pulse
     emitter_offset_m : position of the emitter from the pinhole, camera axes
     beam_half_angle_deg : half angle of the cone of uniform intensity about the boresight
     quantum_efficiency : electrons per photon at the wavelength

@@ -7,10 +7,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from msgspec import structs
+
 from simgl.campaign import random_draws as draws
 from simgl.campaign.campaign_schema import CampaignTable, Drawn, DrawTable
 from simgl.campaign.random_draws import Distribution
-from simgl.config.validation import convert, read_toml, shown
+from simgl.config.validation import convert, exactly_one, read_toml, shown
 from simgl.errors import ConfigError, did_you_mean
 from simgl.input_files import recorded_inputs
 from simgl.motion.joints import unknown_joint
@@ -190,11 +192,7 @@ def _distribution(
 def _from_table(given: Drawn, where: str, key: str) -> Distribution:
     if isinstance(given, float | int):
         return draws.choice((float(given),))
-    ways = [w for w in given.__struct_fields__ if getattr(given, w) is not None]
-    if len(ways) != 1:
-        got = " and ".join(ways) or "none"
-        problem = f"needs exactly one of uniform, log_uniform, normal, choice; got {got}"
-        raise ConfigError(where, key, problem)
+    way = exactly_one(structs.asdict(given), where, key)
     if given.normal is not None:
         if given.normal[1] < 0.0:
             problem = f"must not have a negative deviation, got {given.normal[1]:g}"
@@ -205,7 +203,7 @@ def _from_table(given: Drawn, where: str, key: str) -> Distribution:
     low, high = given.uniform or given.log_uniform or (0.0, 0.0)
     if low > high:
         problem = f"must give the lower limit first, got {low:g}, {high:g}"
-        raise ConfigError(where, f"{key}.{ways[0]}", problem)
+        raise ConfigError(where, f"{key}.{way}", problem)
     if given.uniform is not None:
         return draws.uniform(low, high)
     if low <= 0.0:

@@ -29,8 +29,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
 )
-camera_app = typer.Typer(help="Cameras by themselves.", no_args_is_help=True)
-model_app = typer.Typer(help="Models by themselves.", no_args_is_help=True)
+camera_app = typer.Typer(help="Test a camera, or export its calibration.", no_args_is_help=True)
+model_app = typer.Typer(help="Check a model, or look at it from all sides.", no_args_is_help=True)
 
 COMMANDS = (
     inspection_commands.doctor,

@@ -34,10 +34,11 @@ def assess(
     epochs: EpochOptions,
     workers: WorkerOptions,
     camera: Annotated[
-        str | None, typer.Option(help="Camera name; that of [assess], or the first.")
+        str | None, typer.Option(help="Camera name; that of the table assess, or the first.")
     ] = None,
     target: Annotated[
-        str | None, typer.Option(help="Spacecraft to assess; that of [assess], or the first.")
+        str | None,
+        typer.Option(help="Spacecraft; that of the table assess, or the first."),
     ] = None,
     at: Annotated[str | None, typer.Option(help="One UTC epoch instead of a trajectory.")] = None,
     sweep: Annotated[

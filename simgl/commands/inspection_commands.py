@@ -147,12 +147,11 @@ def camera_export(
     from simgl.camera.calibration_text import FORMATS, calibration_text
     from simgl.errors import ConfigError, did_you_mean
     from simgl.output import complete_file
-    from simgl.scenario.loader import load_scenario
 
     if format not in FORMATS:
         problem = f'must be one of {", ".join(FORMATS)}, got "{format}"'
         raise ConfigError(COMMAND_LINE, "--format", problem)
-    loaded = load_scenario(scenario)
+    loaded = load(scenario)
     if camera not in loaded.cameras:
         problem = f'"{camera}" is not in {scenario}; {did_you_mean(camera, loaded.cameras)}'
         raise ConfigError(COMMAND_LINE, "--camera", problem)

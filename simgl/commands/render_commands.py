@@ -30,7 +30,9 @@ if TYPE_CHECKING:
 ScenarioFile = Annotated[
     Path, typer.Argument(help="Scenario file (TOML).", autocompletion=scenario_files)
 ]
-Cameras = Annotated[list[str] | None, typer.Option(help="Camera name; all cameras if not given.")]
+Cameras = Annotated[
+    list[str] | None, typer.Option(help="Camera name, once for each camera; all if not given.")
+]
 At = Annotated[str | None, typer.Option(help="UTC epoch; the scenario's if not given.")]
 ResumableFolder = Annotated[Path, typer.Option(help="Output folder; an existing run is resumed.")]
 
@@ -77,9 +79,6 @@ def render(
         if packed and bits > 12:
             problem = f'packs 12 bits or fewer, camera "{name}" has {bits}'
             raise ConfigError(COMMAND_LINE, "--packed", problem)
-    for spacecraft, model in loaded.models.items():
-        for note in model.notes:
-            say(f"note: {spacecraft}: {note}")
     products = {Product.DN, Product.RADIANCE, Product.THERMAL, Product.TRUTH}
     if layers:
         products.add(Product.LAYERS)

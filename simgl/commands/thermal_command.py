@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -32,7 +31,10 @@ def thermal(
     scenario: ScenarioFile,
     out: Annotated[Path, typer.Option(help="Folder for the table and the heat maps.")],
     span: SpanOptions,
-    step: Annotated[float, typer.Option(help="Seconds between epochs.")] = 30.0,
+    step: Annotated[
+        float | None,
+        typer.Option(help="Seconds between epochs; the scenario's if not given."),
+    ] = None,
     spacecraft: Annotated[
         str | None, typer.Option(help="Whose temperatures; the first if not given.")
     ] = None,
@@ -45,9 +47,6 @@ def thermal(
     camera: Annotated[
         str | None, typer.Option(help="A thermal camera: also its image of the last epoch.")
     ] = None,
-    patches: Annotated[
-        int, typer.Option(min=20, max=6000, help="Approximate number of patches of the mesh.")
-    ] = 1500,
 ) -> None:
     """Integrate the temperatures of a spacecraft along its trajectory.
 
@@ -67,7 +66,9 @@ def thermal(
         raise ConfigError(str(scenario), "spacecraft", "is missing; temperatures need one")
     name = names[0] if spacecraft is None else spacecraft
     if name not in names:
-        raise ConfigError(COMMAND_LINE, "--spacecraft", f'"{name}": {did_you_mean(name, names)}')
+        problem = f'"{name}" is not in {scenario}; {did_you_mean(name, names)}'
+        raise ConfigError(COMMAND_LINE, "--spacecraft", problem)
+    step = loaded.thermal_step if step is None else step
     if not 0.01 <= step <= 3600.0:
         raise ConfigError(COMMAND_LINE, "--step", f"must lie in 0.01..3600 s, got {step:g}")
     first, last = chosen_span(loaded, span)
@@ -81,7 +82,7 @@ def thermal(
             raise ConfigError(COMMAND_LINE, "--camera", problem)
     check_writable(out)
     bodies = {}
-    with opened(replace(loaded, thermal_patches=patches)) as simulator:
+    with opened(loaded) as simulator:
         with activity("tracing how the surfaces see each other") as progress:
             for other in names if camera is not None else [name]:
                 body = simulator.thermal_bodies.of(other, loaded.models[other], progress)

@@ -6,6 +6,7 @@ import json
 import math
 import re
 import tomllib
+from collections.abc import Mapping
 from decimal import Decimal
 from pathlib import Path
 from typing import Any, TypeVar
@@ -226,6 +227,15 @@ def _literals(node: inspect.Type) -> str:
     options = node.types if isinstance(node, inspect.UnionType) else (node,)
     values = [v for t in options if isinstance(t, inspect.LiteralType) for v in t.values]
     return ", ".join(shown(v) for v in values)
+
+
+def exactly_one(given: Mapping[str, object], where: str, key: str = "") -> str:
+    """The one name whose value is not None; ConfigError for none and for several."""
+    names = [name for name, value in given.items() if value is not None]
+    if len(names) != 1:
+        got = " and ".join(names) or "none of them"
+        raise ConfigError(where, key, f"needs exactly one of {', '.join(given)}; got {got}")
+    return names[0]
 
 
 def convert(data: Any, table: type[T], where: str) -> T:

@@ -119,14 +119,14 @@ def _extension(values: AnyArray, norm: Any) -> Any:
     )
 
 
-def decades_norm(values: AnyArray, decades: float = 5.0) -> Any:
-    """Logarithmic scale of full decades up to the 99.9th percentile; the Sun may lie beyond."""
+def decades_norm(values: AnyArray) -> Any:
+    """Logarithmic scale of five full decades to the 99.9th percentile; the Sun may lie beyond."""
     from matplotlib.colors import LogNorm
 
     lit = values[np.isfinite(values) & (values > 0.0)]
     top = float(np.percentile(lit, 99.9)) if lit.size else 1.0
     high = 10.0 ** math.ceil(math.log10(top))
-    return LogNorm(high / 10.0**decades, high)
+    return LogNorm(high / 1e5, high)
 
 
 def thermal_map(frame: ThermalFrame) -> Figure:

@@ -73,7 +73,6 @@ class FullscreenProgram:
     """The shader ``NAME.frag``, drawn as one triangle over the current viewport.
 
     shared : blocks that it reads besides, bound by whoever owns them
-    spare : blocks that only other variants read
     defines : of the variant
     """
 
@@ -87,14 +86,12 @@ class FullscreenProgram:
         defines: Sequence[str] | Mapping[str, int] = (),
         *,
         shared: Sequence[Block] = (),
-        spare: Sequence[Block] = (),
     ) -> None:
         self._program = load_program(
             ctx,
             name,
             vertex="common/fullscreen.vert",
             blocks=[block, *shared],
-            spare=spare,
             samplers=samplers,
             defines=defines if isinstance(defines, Mapping) else dict.fromkeys(defines, 1),
         )

@@ -107,14 +107,8 @@ def part_to_clear(target: Target, area: tuple[int, int, int, int]) -> tuple[int,
     return full if 2 * area[2] * area[3] >= full[2] * full[3] else area
 
 
-def clear_depth(
-    ctx: moderngl.Context,
-    target: Target,
-    depth: float = 1.0,
-    area: tuple[int, int, int, int] | None = None,
-) -> None:
-    """Reset the depth of a target, to the far plane and everywhere if not told, keeping its
-    colours."""
-    area = (0, 0, *target.size) if area is None else area
+def clear_depth(ctx: moderngl.Context, target: Target) -> None:
+    """Reset the depth of a target to the far plane, keeping its colours."""
+    area = 0, 0, *target.size
     State(depth=True, write_color=False).apply(ctx, target, area, area)
-    target.clear(depth=depth, viewport=area)
+    target.clear(depth=1.0, viewport=area)

@@ -102,15 +102,14 @@ class ImageTarget:
         wait_for_draws(self._ctx)
         self.textures[attachment].read_into(values.data, alignment=1)
 
-    def read_area_into(self, values: AnyArray, area: Area, attachment: int = 0) -> None:
-        """The same of a rectangle."""
-        kind = self.formats[attachment]
+    def read_area_into(self, values: AnyArray, area: Area) -> None:
+        """The same of a rectangle of the first attachment."""
+        kind = self.formats[0]
         wait_for_draws(self._ctx)
         self.framebuffer.read_into(
             values.data,
             viewport=area,
             components=kind.channels,
-            attachment=attachment,
             alignment=1,
             dtype=kind.dtype,
         )

@@ -14,7 +14,7 @@ import numpy as np
 from simgl.arrays import Array, IndexArray
 from simgl.errors import AssetError
 from simgl.input_files import read_file
-from simgl.model_files.model_library import UNITS, load_model
+from simgl.model_files.model_library import load_model, unit_guess
 from simgl.motion.joints import Joint
 from simgl.scene.materials import Material
 from simgl.scene.mesh import Mesh
@@ -22,12 +22,6 @@ from simgl.scene.spacecraft import SpacecraftModel
 
 # Vertices nearer than this share of the model's size are one: float32 keeps 6e-8 of a coordinate.
 _SAME_PLACE = 1e-6
-
-# Longest side of spacecraft, from a picosatellite to the space station [m].
-_SMALLEST, _LARGEST = 0.03, 150.0
-
-# Units that CAD programs export, the most likely first.
-_UNITS = {"millimetres": "mm", "centimetres": "cm", "inches": "in", "kilometres": "km"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -124,17 +118,18 @@ def check_model(
     size = np.subtract(high, low, dtype=np.float64)
     places = _places(mesh, float(size.max()))
     worn = np.unique(mesh.material)
+    guess = unit_guess(model, unit_m)
     return ModelReport(
         name=name,
         size=_triple(size),
         middle=_triple(mesh.centre),
-        unit_guess=_unit_guess(float(size.max()), unit_m),
+        unit_guess=guess,
         parts=tuple(_part(model, index, places) for index in range(len(model.parts))),
         materials=tuple(model.materials[index] for index in worn),
         images=sum(len(getattr(model.textures, kind)) for kind in _KINDS),
         joints=tuple(_joint(model, joint) for joint in model.joints),
         keypoints=tuple(model.keypoints),
-        notes=(*model.notes, *_left_out(Path(name))),
+        notes=(*(n for n in model.notes if n != guess), *_left_out(Path(name))),
     )
 
 
@@ -181,19 +176,6 @@ def _left_out(path: Path) -> tuple[str, ...]:
 def _triple(values: Array) -> tuple[float, float, float]:
     x, y, z = (float(v) for v in values)
     return x, y, z
-
-
-def _unit_guess(longest: float, unit_m: float | None) -> str | None:
-    """The likely unit of the file, where in metres its size is not that of a spacecraft."""
-    if _SMALLEST <= longest <= _LARGEST:
-        return None
-    in_file = longest / (unit_m or 1.0)
-    for name, unit in _UNITS.items():
-        metres = in_file * UNITS[unit]
-        if _SMALLEST <= metres <= _LARGEST:
-            fits = f"{metres:.3g} m if in {name}"
-            return f'{longest:.6g} m is not a spacecraft\'s size; {fits}: unit = "{unit}"'
-    return f"{longest:.6g} m is not a spacecraft's size, and no usual unit makes it one"
 
 
 def _places(mesh: Mesh, longest: float) -> IndexArray:

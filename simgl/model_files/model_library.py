@@ -37,6 +37,11 @@ Unit = Literal["m", "mm", "cm", "in", "ft", "km"]
 Axis = Literal["x", "y", "z", "-x", "-y", "-z"]
 AXES = ("x", "y", "z", "-x", "-y", "-z")
 
+# Longest side of spacecraft, from a picosatellite to the space station [m].
+_SMALLEST, _LARGEST = 0.03, 150.0
+# Units that CAD programs export, the most likely first.
+_LIKELY_UNITS = {"millimetres": "mm", "centimetres": "cm", "inches": "in", "kilometres": "km"}
+
 # The forward axis where only the up axis is given: z where y is up, as in glTF.
 _USUAL_FORWARD = {"x": "z", "y": "z", "z": "x"}
 # The names of axes in a model card.
@@ -86,6 +91,22 @@ def shipped_models() -> list[str]:
     True
     """
     return sorted(p.parent.name for p in assets.models().glob("*/model.toml"))
+
+
+def unit_guess(model: SpacecraftModel, unit_m: float | None) -> str | None:
+    """The likely unit of a model's file, where its size is not that of a spacecraft; else None.
+
+    unit_m : metres per unit with which the file was read
+    """
+    longest = float(np.ptp(model.mesh.positions, axis=0).max())
+    if _SMALLEST <= longest <= _LARGEST:
+        return None
+    for name, unit in _LIKELY_UNITS.items():
+        metres = longest / (unit_m or 1.0) * UNITS[unit]
+        if _SMALLEST <= metres <= _LARGEST:
+            fits = f"{metres:.3g} m if in {name}"
+            return f'{longest:.6g} m is not a spacecraft\'s size; {fits}: unit = "{unit}"'
+    return f"{longest:.6g} m is not a spacecraft's size, and no usual unit makes it one"
 
 
 def body_from_file(unit_m: float, up: str | None, forward: str | None) -> Array:
@@ -244,7 +265,7 @@ def _read_model(
         raise AssetError(f'model "{name}": unit_m must be positive and finite, got {unit_m}')
     file_to_body = body_from_file(1.0 if unit_m is None else unit_m, up_axis, forward_axis)
     kind = Path(name).suffix.lower()
-    shipped = "/" not in name and kind not in (*_MESH_SUFFIXES, ".toml")
+    shipped = not kind and "/" not in name
     if shipped and name not in shipped_models():
         raise AssetError(f'no model "{name}"; {did_you_mean(name, shipped_models())}')
     if shipped or kind == ".toml":
@@ -264,9 +285,13 @@ def _read_model(
         raise AssetError(f"{path}: no such model file")
     if kind == ".toml":
         return _read_model_card(path, folder_of(path, base))
+    if kind not in _MESH_SUFFIXES:
+        known = ", ".join(_MESH_SUFFIXES)
+        problem = f"neither a mesh that simgl reads ({known}) nor a model card (.toml)"
+        raise AssetError(f"{path}: {problem}")
     if kind in (".glb", ".gltf"):
-        return read_gltf(path, path.stem, file_to_body, folder_of(path, base))
-    if kind in _MESH_SUFFIXES:
-        return _read_plain_mesh(path, file_to_body)
-    known = ", ".join(_MESH_SUFFIXES)
-    raise AssetError(f"{path}: neither a mesh that simgl reads ({known}) nor a model card (.toml)")
+        model = read_gltf(path, path.stem, file_to_body, folder_of(path, base))
+    else:
+        model = _read_plain_mesh(path, file_to_body)
+    guess = unit_guess(model, unit_m)
+    return model if guess is None else replace(model, notes=(*model.notes, guess))

@@ -6,12 +6,12 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import Annotated, Any
 
-from msgspec import Meta
+from msgspec import Meta, structs
 
 from simgl import assets
 from simgl.config.curve_files import read_fractions
 from simgl.config.path_sandbox import Base
-from simgl.config.validation import convert, read_toml
+from simgl.config.validation import convert, exactly_one, read_toml
 from simgl.config.value_types import (
     BandValues,
     Fraction,
@@ -34,7 +34,11 @@ Roughness = Annotated[float, Meta(ge=SMOOTHEST, le=1.0)]
 
 
 class CoatTable(Table, frozen=True, kw_only=True):
-    """A clear layer of index 1.5: cover glass, varnish."""
+    """A clear layer of index 1.5: cover glass, varnish.
+
+    strength : fraction of the surface under the layer
+    roughness : as that of the base
+    """
 
     strength: Fraction = 1.0
     roughness: Roughness = SMOOTHEST
@@ -45,6 +49,12 @@ class CellsTable(Table, frozen=True, kw_only=True):
 
     Columns and fingers repeat along the first of the other two axes, rows and busbars along the
     second, starting at the origin.
+
+    width_m, height_m : of a cell along these two axes, without the gap
+    gap_m : between two cells
+    finger_pitch_m, finger_width_m : thin lines of metal on a cell
+    busbar_pitch_m, busbar_width_m : wide lines of metal across them
+    gap_reflectance, metal_reflectance : one number or four bands
     """
 
     width_m: Positive
@@ -59,14 +69,24 @@ class CellsTable(Table, frozen=True, kw_only=True):
 
 
 class CrinkleTable(Table, frozen=True, kw_only=True):
-    """Facets of a crumpled foil: their mean spacing, and the width of their slopes."""
+    """Facets of a crumpled foil.
+
+    facet_size_m : mean spacing
+    slope : width of the distribution of slopes, GGX's alpha over the square root of 2
+    """
 
     facet_size_m: Positive
     slope: Fraction
 
 
 class ThermalSurfaceTable(Table, frozen=True, kw_only=True):
-    """Thermal properties of a surface and of the skin below it."""
+    """Thermal properties of a surface and of the skin below it.
+
+    solar_absorptance : fraction of sunlight that is absorbed
+    infrared_emissivity : fraction of a black body's radiation that is emitted
+    heat_capacity_j_m2_k : of the skin
+    conductance_w_m2_k : from the skin to the structure below
+    """
 
     solar_absorptance: Fraction
     infrared_emissivity: Fraction
@@ -87,6 +107,11 @@ class MaterialTable(Table, frozen=True, kw_only=True):
     """A material; Lambertian if it has no roughness.
 
     reflectance : base colour: one number, four for R, G, B and N, or a CSV file of nm and values
+    metallic : 0 for paint and glass, 1 for metal, whose reflection has the base colour
+    roughness : width of the reflection: its square is GGX's alpha
+    coat : a clear layer on top
+    cells : solar cells
+    crinkle : facets of a crumpled foil
     conserving : adds multiple scattering between microfacets, which glTF's model lacks
     emission_w_m2_sr : emitted radiance, one number or four bands, 0 or more
     thermal : absorptance and emissivity, and the skin below
@@ -122,7 +147,12 @@ class FinishTable(MaterialTable, frozen=True, kw_only=True):
 
 
 class PlateTable(Table, frozen=True, kw_only=True):
-    """A thin plate facing +z of its body frame, centred on the origin."""
+    """A thin plate facing +z of its body frame, centred on the origin.
+
+    width_m : along x
+    height_m : along y
+    material : name of a finish, or a table
+    """
 
     width_m: Positive
     height_m: Positive
@@ -134,7 +164,11 @@ class PlateTable(Table, frozen=True, kw_only=True):
 
 
 class SphereTable(Table, frozen=True, kw_only=True):
-    """A sphere about the body origin."""
+    """A sphere about the body origin.
+
+    radius_m : of the sphere
+    material : name of a finish, or a table
+    """
 
     radius_m: Positive
     material: str | MaterialTable
@@ -145,7 +179,11 @@ class SphereTable(Table, frozen=True, kw_only=True):
 
 
 class BoxTable(Table, frozen=True, kw_only=True):
-    """A box about the body origin; edges along x, y, z."""
+    """A box about the body origin; edges along x, y, z.
+
+    size_m : length of the edges along x, y, z
+    material : name of a finish, or a table
+    """
 
     size_m: tuple[Positive, Positive, Positive]
     material: str | MaterialTable
@@ -156,7 +194,11 @@ class BoxTable(Table, frozen=True, kw_only=True):
 
 
 class CylinderTable(Table, frozen=True, kw_only=True):
-    """A closed cylinder along z about the body origin."""
+    """A closed cylinder along z about the body origin.
+
+    radius_m, length_m : of the cylinder
+    material : name of a finish, or a table
+    """
 
     radius_m: Positive
     length_m: Positive
@@ -168,7 +210,13 @@ class CylinderTable(Table, frozen=True, kw_only=True):
 
 
 class PrimitiveTable(Table, frozen=True, kw_only=True):
-    """Exactly one calibration shape."""
+    """Exactly one calibration shape.
+
+    plate : thin plate facing +z, centred on the origin
+    sphere : sphere about the origin
+    box : box about the origin, edges along x, y, z
+    cylinder : closed cylinder along z about the origin
+    """
 
     plate: PlateTable | None = None
     sphere: SphereTable | None = None
@@ -181,10 +229,7 @@ def read_primitive(table: PrimitiveTable, name: str, where: str, base: Base) -> 
 
     base : folder of relative paths
     """
-    shapes_given = [kind for kind in table.__struct_fields__ if getattr(table, kind) is not None]
-    if len(shapes_given) != 1:
-        raise ConfigError(where, "model", "needs exactly one of plate, sphere, box, cylinder")
-    kind = shapes_given[0]
+    kind = exactly_one(structs.asdict(table), where, "model")
     shape: PlateTable | SphereTable | BoxTable | CylinderTable = getattr(table, kind)
     material = material_of(shape.material, name, where, f"model.{kind}.material", base)
     return SpacecraftModel(name=name, mesh=shape.mesh(), parts=(name,), materials=(material,))

@@ -65,6 +65,8 @@ def _names(table: BandsTable, edges_nm: list[tuple[float, float]], where: str) -
     for name in table.names:
         if not _NAME.fullmatch(name) or name in _TAKEN:
             taken = " and ".join(_TAKEN)
-            problem = f"must be of letters, digits, _ and -, at most 32, and not {taken}"
+            problem = (
+                f"must be of letters a to z or A to Z, digits, _ and -, at most 32, not {taken}"
+            )
             raise ConfigError(where, "names", problem)
     return tuple(table.names)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from simgl.arrays import Array
-from simgl.config.validation import shown
+from simgl.config.validation import exactly_one, shown
 from simgl.config.value_types import direction
 from simgl.errors import ConfigError, did_you_mean
 from simgl.motion.mounts import BodyMount, FreeMount, Mount, OrbitingMount
 from simgl.motion.pointing import Axes, Limb, Place, Pointing
 from simgl.scenario.schema import CameraTable, LookAtTable
-from simgl.scenario.table_checks import exactly_one, keypoint_on, named_spacecraft, place_on
+from simgl.scenario.table_checks import check_place, keypoint_on, named_spacecraft, place_on
 from simgl.scene.spacecraft import SpacecraftModel
 
 
@@ -23,7 +23,7 @@ def read_mount(
     models : by spacecraft name
     earth : whether the scene has an Earth
     """
-    exactly_one(table, where, "mount", ("on", "about", "position_icrf_m"))
+    check_place(table, where, ("on", "about", "position_icrf_m"))
     if table.about is not None:
         about = table.about
         for key in ("look_at", "limb", "boresight", "up", "axes", "keep_from_sun_deg"):
@@ -58,8 +58,7 @@ def _pointing(
     where: str, table: CameraTable, models: dict[str, SpacecraftModel], axes: Axes
 ) -> Pointing:
     ways = {"look_at": table.look_at, "limb": table.limb, "boresight": table.boresight}
-    if sum(way is not None for way in ways.values()) != 1:
-        raise ConfigError(where, "look_at", "or limb or boresight is required, only one of them")
+    exactly_one(ways, where)
     towards: Array | Place | Limb
     if table.boresight is not None:
         towards = direction(table.boresight, where, "boresight")
@@ -74,10 +73,13 @@ def _pointing(
     up = (0.0, 0.0, -1.0)
     if axes == "lvlh" and isinstance(towards, np.ndarray) and not np.any(towards[:2]):
         up = (1.0, 0.0, 0.0)  # Nadir or zenith: the top of the image lies ahead.
+    top = direction(table.up or up, where, "up")
+    if table.up and isinstance(towards, np.ndarray) and abs(towards @ top) > 1.0 - 1e-9:
+        raise ConfigError(where, "up", f"must not lie along boresight, got {shown(table.up)}")
     return Pointing(
         towards=towards,
         axes=axes,
-        up=direction(table.up or up, where, "up"),
+        up=top,
         sun_exclusion=np.radians(table.keep_from_sun_deg or 0.0),
     )
 

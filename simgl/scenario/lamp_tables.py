@@ -7,7 +7,7 @@ import numpy as np
 from simgl.arrays import Array
 from simgl.config.curve_files import read_curve_file
 from simgl.config.path_sandbox import Base
-from simgl.config.validation import shown
+from simgl.config.validation import exactly_one, shown
 from simgl.config.value_types import direction
 from simgl.errors import ConfigError
 from simgl.physics.spectrum import (
@@ -60,8 +60,7 @@ def _lamp(
     model = models[named_spacecraft(table.on, models, where, "on")]
     if table.look_at is not None:
         named_spacecraft(table.look_at, models, where, "look_at")
-    if (table.look_at is None) == (table.boresight is None):
-        raise ConfigError(where, "look_at", "or boresight is required, not both")
+    exactly_one({"look_at": table.look_at, "boresight": table.boresight}, where)
     if table.look_at == table.on:
         raise ConfigError(where, "look_at", "names the spacecraft that carries it")
     outer = table.half_angle_deg + table.edge_deg

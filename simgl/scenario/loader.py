@@ -241,17 +241,7 @@ class _Context:
         return cameras, mounts
 
 
-# Keys of [render] that files of earlier versions have, and why they went.
-_REMOVED = {
-    "level_of_detail_error_px": "was removed with the levels of detail: they saved 5 % of a frame "
-    "and changed interreflected light; delete the key",
-}
-
-
 def _check_tables(data: dict[str, Any], where: str) -> None:
-    for key, problem in _REMOVED.items():
-        if isinstance(data.get("render"), dict) and key in data["render"]:
-            raise ConfigError(f"{where} [render]", key, problem)
     for key in data:
         if key not in _TABLES:
             problem = f"is not a table here; {did_you_mean(key, _TABLES)}"
@@ -269,7 +259,7 @@ def _named_tables(
     for name in tables:
         # Names become file names, message fields and parts of error messages.
         if not _NAME.fullmatch(name):
-            problem = "must be a name of letters, digits, _ and -"
+            problem = "must be a name of letters a to z or A to Z, digits, _ and -"
             raise ConfigError(where, f"{kind}.{shown_key(name)}", problem)
         if len(name) > _MAX_NAME:
             problem = f"has {len(name)} characters, a name at most {_MAX_NAME}"

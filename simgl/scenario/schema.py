@@ -28,7 +28,10 @@ from simgl.scene.star_catalogue import FAINTEST
 
 
 class EpochTable(Table, frozen=True, kw_only=True):
-    """``[epoch]``: the time of the scene; orbits start here."""
+    """``[epoch]``: the time of the scene; orbits start here.
+
+    utc : UTC in the years 1972 to 2099
+    """
 
     utc: str
 
@@ -104,6 +107,7 @@ class EarthTable(Table, frozen=True, kw_only=True):
         night; default true, but false if ``direction_icrf`` fixes the Sun
     airglow_waves : rms of the waves in the airglow over its mean; default 0: uniform
     aurora_kp : magnetic activity Kp of the aurora over the night side; default: no aurora
+    clouds : the weather; default: a procedural one
     land_picture, water_picture, night_picture : paths of images in place of the shipped maps
     """
 
@@ -137,13 +141,21 @@ class SkyTable(Table, frozen=True, kw_only=True):
 
 
 class OrbitTable(Table, frozen=True, kw_only=True):
-    """A two-body orbit; size by ``altitude_km`` (circular) or ``semi_major_axis_km``.
+    """A two-body orbit.
 
+    altitude_km : of a circular orbit, above the equatorial radius of 6378.137 km
+    semi_major_axis_km : of an eccentric one, instead
+    eccentricity : above 0 only with ``semi_major_axis_km``
+    inclination_deg : to the equator of ICRF
+    raan_deg : right ascension of the ascending node
+    argument_of_perigee_deg : from the ascending node to the perigee
+    true_anomaly_deg : position on the orbit at the epoch, from the perigee
     j2 : node, perigee and mean anomaly drift with the Earth's oblateness
     """
 
-    altitude_km: Positive | None = None
-    semi_major_axis_km: Positive | None = None
+    # The limits lie within the Earth's gravity and refuse metres of any orbit.
+    altitude_km: Annotated[float, Meta(gt=0.0, le=100_000.0)] | None = None
+    semi_major_axis_km: Annotated[float, Meta(gt=0.0, le=1_000_000.0)] | None = None
     eccentricity: Annotated[float, Meta(ge=0.0, lt=1.0)] = 0.0
     inclination_deg: Annotated[float, Meta(ge=0.0, le=180.0)] = 0.0
     raan_deg: float = 0.0
@@ -159,6 +171,7 @@ _InCentury = Annotated[float, Meta(ge=-4.1e9, le=4.1e9)]
 class MotionFileTable(Table, frozen=True, kw_only=True):
     """A file of motion: CCSDS or STK, two-line elements, or a table (CSV).
 
+    file : path of the file, from the folder of the scenario
     object : name of the object, if the file has several
     longest_gap_s : a longer step between samples is a gap; default: five times the median step
     interpolation_error_m : a trajectory with a larger estimated interpolation error is refused;
@@ -177,7 +190,11 @@ class MotionFileTable(Table, frozen=True, kw_only=True):
 
 
 class PointAtTable(Table, frozen=True, kw_only=True):
-    """Attitude that turns a body axis towards another spacecraft."""
+    """Attitude that turns a body axis towards another spacecraft.
+
+    target : name of the spacecraft
+    axis_body : axis in body axes that points at it
+    """
 
     target: str
     axis_body: Vector
@@ -190,18 +207,24 @@ class SpacecraftTable(Table, frozen=True, kw_only=True):
     unit, unit_m : unit of a model file that is not in metres: a name, or metres per unit
     up_axis, forward_axis : the file's axes that become body -z and body x; default: the file's axes
         are the body axes; with ``up_axis`` alone, z points forward (x if z is up)
-    place : exactly one of ``orbit``, ``trajectory`` (a file), ``relative_to`` with
-        ``position_lvlh_m``, ``position_icrf_m``; a file in LVLH axes requires ``relative_to``
+    orbit : a two-body orbit; one of orbit, trajectory, relative_to and position_icrf_m is needed
+    trajectory : a file of positions; one in LVLH axes requires ``relative_to``
+    relative_to : the spacecraft in whose LVLH axes the position is given
+    position_lvlh_m : in those axes: x along the velocity, y against the orbit normal, z to nadir
+    position_icrf_m : from the Earth's centre
     velocity_icrf_m_s, velocity_lvlh_m_s : velocity along a straight line in these axes, from the
         epoch on; default: fixed
     drift : Clohessy-Wiltshire motion from ``position_lvlh_m`` and ``velocity_lvlh_m_s`` at the
         epoch
-    attitude : "lvlh" (default on an orbit), "icrf" (default at a fixed position), or one of
-        ``quaternion_icrf_from_body_xyzw``, ``quaternion_lvlh_from_body_xyzw``, ``point_at``,
-        ``attitude_file``
-    joints : ``joints_deg`` of hinges and ``joints_m`` of rails by name; ``joint_file``, a table
-        with columns joint_NAME_deg and joint_NAME_m; ``sun_tracking``, drives that follow the Sun;
-        all other joints are as stored
+    attitude : body axes along "lvlh" (default on an orbit) or "icrf" (default at a fixed position)
+    quaternion_icrf_from_body_xyzw, quaternion_lvlh_from_body_xyzw : instead: a fixed unit
+        quaternion, Hamilton, scalar last
+    point_at : instead: turns a body axis towards another spacecraft
+    attitude_file : instead: a file of attitudes
+    joints_deg : fixed angles of hinges by name; default: as stored
+    joints_m : fixed travels of rails by name; default: as stored
+    joint_file : table with columns joint_NAME_deg and joint_NAME_m
+    sun_tracking : names of drives that follow the Sun
     """
 
     model: str | PrimitiveTable | None = None
@@ -229,7 +252,13 @@ class SpacecraftTable(Table, frozen=True, kw_only=True):
 
 
 class OrbitingTable(Table, frozen=True, kw_only=True):
-    """A camera placed about a spacecraft by azimuth, elevation and range in its LVLH axes."""
+    """A camera placed about a spacecraft by azimuth, elevation and range in its LVLH axes.
+
+    target : the spacecraft, at which the camera looks
+    azimuth_deg : 0 is behind the target, 90 above it
+    elevation_deg : towards the orbit normal
+    range_m : from the target's origin to the pinhole
+    """
 
     target: str
     azimuth_deg: float
@@ -241,6 +270,10 @@ class LookAtTable(Table, frozen=True, kw_only=True):
     """A point of a spacecraft: its origin, a ``keypoint``, or the centre of a ``part``.
 
     Keypoint and part are at their stored position in the model, whatever the joint angles.
+
+    target : name of the spacecraft
+    keypoint : name of a keypoint of its model
+    part : name of a part of its model
     """
 
     target: str
@@ -262,9 +295,16 @@ class LimbTable(Table, frozen=True, kw_only=True):
 class CameraTable(CameraSettingsTable, frozen=True, kw_only=True):
     """``[camera.NAME]``: the settings of a camera and its mount.
 
-    mount : ``on`` (a spacecraft), or ``about`` (azimuth, elevation, range), or ``position_icrf_m``
+    on : the spacecraft that carries it; one of on, about and position_icrf_m is needed
+    position_body_m, keypoint : of the pinhole on that spacecraft
+    about : azimuth, elevation and range from a target
+    position_icrf_m : of the pinhole, from the Earth's centre
     look_at : the spacecraft, or a point of it, that stays in the centre; otherwise ``limb``, or
         ``boresight`` in ``axes``, like ``up``
+    limb : looks at the Earth's limb
+    boresight : direction of view in ``axes``
+    up : direction in ``axes`` towards the top of the image; default: -z, or x for a view along z in
+        LVLH axes
     axes : "body" (default), "lvlh" (default with ``limb``) or "icrf" (at ``position_icrf_m``)
     keep_from_sun_deg : minimum angle to the Sun; the boresight turns away to keep it
     """
@@ -296,14 +336,18 @@ class ThermalTable(Table, frozen=True, kw_only=True):
 class LampTable(Table, frozen=True, kw_only=True):
     """``[lamp.NAME]``: a spot light on a spacecraft, with its own shadows.
 
-    on : the spacecraft that carries it, at ``position_body_m`` or a ``keypoint``
-    look_at : the spacecraft that the beam points at; otherwise ``boresight`` in body axes
+    on : the spacecraft that carries it
+    position_body_m, keypoint : of the lamp on that spacecraft
+    look_at : the spacecraft that the beam points at; otherwise ``boresight``
+    boresight : direction of the beam in body axes
     half_angle_deg : half angle of the cone of uniform intensity
     edge_deg : width of the smooth decrease to zero around the cone
     power_w : optical power of the full beam: one number over all wavelengths with a spectrum,
         ``wavelength_nm``, ``temperature_k`` (of a black body) or ``band_shares``; or four, one for
         each band
     wavelength_nm : one line, or several with ``line_weights``; or a CSV file with a curve
+    temperature_k : of a black body with the lamp's spectrum
+    band_shares : fraction of the power in each band
     line_weights : power in each line, in any unit; equal by default
     radius_m : radius of the aperture. Parts closer along the beam, or within 1 cm, cast no shadow
     """
@@ -358,8 +402,10 @@ class AssessTable(Table, frozen=True, kw_only=True):
 
 
 class RenderTable(Table, frozen=True, kw_only=True):
-    """``[render]``: noise seed, and mean number of geometry samples per pixel (default: automatic).
+    """``[render]``: noise, samples and interreflection.
 
+    seed : seed of all noise
+    samples_per_pixel : mean number of geometry samples per pixel; default: automatic
     inter_reflection : light between the surfaces of a spacecraft, and their occlusion of the Earth
     between_spacecraft : light from one spacecraft to another, at vertices
     gather : interreflection at vertices, or by rays from every sample of every pixel

@@ -10,7 +10,7 @@ import numpy as np
 
 from simgl.arrays import Array
 from simgl.config.path_sandbox import Base
-from simgl.config.validation import shown
+from simgl.config.validation import exactly_one, shown
 from simgl.config.value_types import direction
 from simgl.errors import AssetError, ConfigError, did_you_mean
 from simgl.model_files.model_library import UNITS, load_model
@@ -47,12 +47,12 @@ from simgl.motion.trajectory import (
 from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS
 from simgl.physics.frames import matrix_from_quaternion
 from simgl.scenario.schema import MotionFileTable, OrbitTable, SpacecraftTable
-from simgl.scenario.table_checks import exactly_one
+from simgl.scenario.table_checks import check_place
 from simgl.scene.spacecraft import SpacecraftModel
 
 # Keys of a model file that is not in metres and body axes.
 FILE_KEYS = ("unit", "unit_m", "up_axis", "forward_axis")
-_PLACES = ("orbit", "relative_to", "position_icrf_m")
+_PLACES = ("orbit", "trajectory", "relative_to", "position_icrf_m")
 _ATTITUDES = (
     "attitude",
     "quaternion_icrf_from_body_xyzw",
@@ -133,7 +133,7 @@ class MotionReader:
         t = self._table
         if t.trajectory is not None:
             return self._from_file(t.trajectory)
-        exactly_one(t, self._where, "place", _PLACES)
+        check_place(t, self._where, _PLACES)
         if t.drift and t.relative_to is None:
             raise ConfigError(self._where, "drift", "requires relative_to")
         if t.orbit is not None:
@@ -329,9 +329,8 @@ def _as_table(given: str | MotionFileTable) -> MotionFileTable:
 
 
 def _orbit(table: OrbitTable, where: str, epoch_tai_ns: int) -> KeplerianOrbit:
-    if (table.altitude_km is None) == (table.semi_major_axis_km is None):
-        problem = "needs exactly one of altitude_km (circular) and semi_major_axis_km"
-        raise ConfigError(where, "orbit", problem)
+    sizes = {"altitude_km": table.altitude_km, "semi_major_axis_km": table.semi_major_axis_km}
+    exactly_one(sizes, where, "orbit")
     if table.altitude_km is not None:
         if table.eccentricity != 0.0:
             raise ConfigError(where, "orbit.eccentricity", "requires semi_major_axis_km")

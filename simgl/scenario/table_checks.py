@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from simgl.arrays import Array
-from simgl.config.validation import shown
+from simgl.config.validation import exactly_one, shown
 from simgl.errors import ConfigError, did_you_mean
 from simgl.scenario.schema import CameraTable, LampTable, SpacecraftTable
 from simgl.scene.spacecraft import SpacecraftModel
@@ -41,23 +41,17 @@ def keypoint_on(model: SpacecraftModel, name: str, where: str, key: str) -> Arra
 
 def place_on(model: SpacecraftModel, table: CameraTable | LampTable, where: str) -> Array:
     """(3,) place in body axes [m], given by exactly one of a keypoint and coordinates."""
-    if (table.keypoint is None) == (table.position_body_m is None):
-        raise ConfigError(where, "position_body_m", "or keypoint is required, not both")
+    given = {"position_body_m": table.position_body_m, "keypoint": table.keypoint}
+    exactly_one(given, where)
     if table.keypoint is not None:
         return keypoint_on(model, table.keypoint, where, "keypoint")
     assert table.position_body_m is not None
     return np.array(table.position_body_m)
 
 
-def exactly_one(
-    table: SpacecraftTable | CameraTable, where: str, what: str, keys: tuple[str, ...]
-) -> None:
+def check_place(table: SpacecraftTable | CameraTable, where: str, keys: tuple[str, ...]) -> None:
     """One of the keys is given, and no key that requires another of them."""
-    given = [k for k in keys if getattr(table, k) is not None]
-    if len(given) != 1:
-        got = " and ".join(given) if given else "none of them"
-        problem = f"needs exactly one of {', '.join(keys)}; got {got}"
-        raise ConfigError(where, what, problem)
+    given = exactly_one({key: getattr(table, key) for key in keys}, where)
     for key, needed in _REQUIRED.items():
-        if getattr(table, key, None) is not None and needed not in given:
-            raise ConfigError(where, key, f"requires {needed}, got {given[0]}")
+        if getattr(table, key, None) is not None and needed != given:
+            raise ConfigError(where, key, f"requires {needed}, got {given}")

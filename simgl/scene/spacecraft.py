@@ -43,7 +43,8 @@ class SpacecraftModel:
     textures : the images of the materials
     keypoints : name to (3,) position at the present joint angles [m]
     open_sheets : some surfaces are visible from both sides; back faces are not culled
-    notes : features of the file that are not drawn, one line each
+    notes : features of the file that are not drawn, and a size that is not a spacecraft's, one
+        line each
     branches : branches of the tree of parts, parents first
     joints : joints of the moving parts
     angles : angles of the joints in their order [rad], travel [m] of sliding joints; empty if all

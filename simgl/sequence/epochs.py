@@ -10,6 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from simgl.config.validation import exactly_one
 from simgl.errors import ConfigError, did_you_mean
 from simgl.physics.ephemeris import tai_ns_from_utc
 from simgl.scenario.scenario import Scenario
@@ -35,8 +36,8 @@ def epoch_at(scenario: Scenario, at: str | None) -> int:
 def span(scenario: Scenario, options: SpanOptions) -> tuple[int, int]:
     """First and last instant [TAI ns]; raises ConfigError where the options contradict."""
     start = scenario.epoch_tai_ns if options.start is None else _time("--from", options.start)
-    if (options.stop is None) == (options.duration is None):
-        raise ConfigError(_COMMAND_LINE, "--to", "or --duration is required, not both")
+    ends = {"--to": options.stop, "--duration": options.duration}
+    exactly_one(ends, _COMMAND_LINE, "a trajectory")
     if options.stop is not None:
         stop = _time("--to", options.stop)
     else:
@@ -64,11 +65,7 @@ def epochs(
         "--random": options.random,
         "--event": event.event,
     }
-    given = [name for name, value in ways.items() if value is not None]
-    if len(given) != 1:
-        names = " and ".join(given) if given else "none of them"
-        problem = f"needs exactly one of {', '.join(ways)}; got {names}"
-        raise ConfigError(_COMMAND_LINE, "a trajectory", problem)
+    exactly_one(ways, _COMMAND_LINE, "a trajectory")
     start, stop = span(scenario, options)
     for name, value in (("--count", options.count), ("--random", options.random)):
         if value is not None and not 1 <= value <= MAX_FRAMES:
@@ -114,7 +111,8 @@ def _target(scenario: Scenario, target: str | None) -> str:
             raise ConfigError(str(scenario.source), "spacecraft", "is missing; an event needs one")
         return names[0]
     if target not in names:
-        raise ConfigError(_COMMAND_LINE, "--target", f'"{target}": {did_you_mean(target, names)}')
+        problem = f'"{target}" is not in the scenario; {did_you_mean(target, names)}'
+        raise ConfigError(_COMMAND_LINE, "--target", problem)
     return target
 
 

@@ -84,8 +84,8 @@ class Journal:
                 self._database.close()
                 difference = _difference(before.get(name), plan.get(name))
                 problem = (
-                    f"holds another sequence: its {name} is {difference}; "
-                    f"take another folder or remove it to start again"
+                    f"holds another run: {name} {difference}; "
+                    "take another folder or remove it to start again"
                 )
                 raise ConfigError(str(self.path), "", problem)
 
@@ -134,14 +134,15 @@ def _difference(before: Any, now: Any) -> str:
     if isinstance(before, dict) and isinstance(now, dict):
         for part in now | before:
             if part not in now:
-                return f"another one: {part} is not part of it now"
+                return f"has changed: {part} is not part of it now"
             if part not in before:
-                return f"another one: {part} was not part of it"
+                return f"has changed: {part} was not part of it"
             if before[part] != now[part]:
-                return f"another one: {part} has changed"
+                return f"has changed: {part} is not the same"
     if isinstance(before, dict) or isinstance(now, dict):
-        return "of another version of simgl"
-    return ", now ".join("not given" if v is None else json.dumps(v) for v in (before, now))
+        return "is of another version of simgl"
+    was, now_is = ("not given" if v is None else json.dumps(v) for v in (before, now))
+    return f"was {was}, now {now_is}"
 
 
 def run_missing(

@@ -111,12 +111,11 @@ class Viewport:
         scenario: Scenario,
         settings: ViewSettings,
         progress: ProgressCallback | None = None,
-        shaders: Path | None = None,
     ) -> None:
         self.scenario, self.settings = scenario, settings
         self._ctx = ctx
         self._simulator = Simulator(scenario, ctx, progress)
-        self._watch = ShaderWatch(shaders or assets.shaders())
+        self._watch = ShaderWatch(assets.shaders())
         self._drawn: _Drawn | None = None
         self._made_panels: tuple[tuple[object, ...], tuple[Panel, ...]] | None = None
         self.error = ""

@@ -11,10 +11,9 @@ from typing import Any
 
 import moderngl
 
-from simgl.cli_progress import activity
+from simgl.cli_progress import activity, load
 from simgl.errors import ContextError
 from simgl.gpu.context import COMPUTE_VERSION, REQUIRED_VERSION, close_context
-from simgl.scenario.loader import load_scenario
 from simgl.viewer.followed import FollowedPreviews, PreviewSource, preview_source
 from simgl.viewer.idle_priority import run_when_idle
 from simgl.viewer.subject import Size
@@ -118,7 +117,7 @@ def opened(
 
     Raises ConfigError for what cannot be shown, ContextError without a display.
     """
-    scenario = load_scenario(scenario_path)
+    scenario = load(scenario_path)
     settings = opening_settings(scenario, target, camera)
     with _window_with_context(title(settings)) as (window, ctx):
         with activity("compiling shaders") as progress:

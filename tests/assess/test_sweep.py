@@ -182,7 +182,7 @@ def test_a_sweep_leaves_a_table_and_a_page_and_goes_on(
     assert (out / "frames.csv").read_bytes() == before
     capsys.readouterr()
     assert assess(monkeypatch, path, "--sweep", "f_number=4", "--out", out) == 2
-    assert "holds another sequence: its sweep is" in capsys.readouterr().err
+    assert "holds another run: sweep was" in capsys.readouterr().err
 
 
 def test_every_point_of_a_sweep_has_its_own_noise(gl: moderngl.Context) -> None:
@@ -215,7 +215,7 @@ def test_axes_are_read_in_their_order() -> None:
     ("texts", "complaint"),
     [
         (["f_number"], '--sweep must be NAME=VALUES, got "f_number"'),
-        (["f_nmber=2"], '--sweep "f_nmber": did you mean "f_number"?'),
+        (["f_nmber=2"], '--sweep has no "f_nmber"; did you mean "f_number"?'),
         (["f_number=2", "f_number=4"], "--sweep names f_number twice"),
         (["f_number=2,2"], "f_number names a value twice"),
         (["f_number=2,x"], 'f_number must be a number, got "x"'),

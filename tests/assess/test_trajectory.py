@@ -119,7 +119,7 @@ def test_one_epoch_says_its_verdict(
         ("", "", ["--camera", "far"], '--camera "far" is not in'),
         ("", "", ["--target", "far"], '--target "far" is not in'),
         ("", "", ["--at", "2026-03-20", "--out", "x"], "--at is one epoch; --out is for a"),
-        ("", "", ["--out", "x"], "--to or --duration is required, not both"),
+        ("", "", ["--out", "x"], "needs exactly one of --to, --duration; got none of them"),
     ],
 )
 def test_bad_input_is_one_line(

@@ -28,7 +28,12 @@ def test_every_shipped_preset_is_whole(name: str) -> None:
         ("value = [0.45, ", "value = [", "qe.value needs one number for each qe.wavelength_nm"),
         ("[400, 450,", "[450, 400,", "qe.wavelength_nm must increase, over two points or more"),
         ("value = [0.45, ", "value = [1.45, ", "qe.value[0] must be a number <= 1.0, got 1.45"),
-        ("[qe]", '[qe]\ncsv = "a.csv"', "qe.value or csv is required, not both"),
+        ("[qe]", '[qe]\ncsv = "a.csv"', "qe needs exactly one of value, csv; got value and csv"),
+        (
+            "value = [0.45, ",
+            'csv = "a.csv"  # [',
+            "qe.wavelength_nm contradicts csv; give one of them",
+        ),
         ("width_px = 1280\n", "", "width_px is missing"),
         ("bits = 12", "bits = 12\nbit = 1", 'bit is not a key here; did you mean "bits"?'),
     ],

@@ -188,5 +188,5 @@ def test_contradictory_options_and_other_campaigns_are_refused(
     before = contents(out)
     capsys.readouterr()
     assert run(monkeypatch, path, "--out", out) == 2
-    assert "holds another sequence: its campaign is" in capsys.readouterr().err
+    assert "holds another run: campaign has changed" in capsys.readouterr().err
     assert contents(out) == before

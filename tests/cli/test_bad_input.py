@@ -172,6 +172,21 @@ def shared_context(gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setattr("simgl.simulator.Simulator", partial(Simulator, ctx=gl))
 
 
+def test_a_model_in_the_wrong_unit_is_noted_beside_the_result(
+    run: Run, scene: Path, tmp_path: Path
+) -> None:
+    """Its camera may be inside of it, or see nothing else."""
+    corners = ("v 0 0 0", "v 2000 0 0", "v 0 2000 0", "v 0 0 2000")
+    (tmp_path / "block.obj").write_text("\n".join([*corners, "f 1 3 2", "f 1 2 4", "f 1 4 3"]))
+    box = "model.box = { size_m = [2.0, 2.0, 2.0], material = { reflectance = 0.5 } }"
+    scene.write_text(SCENE.replace(box, 'model = "block.obj"'))
+    file = tmp_path / "nav.yaml"
+    words = ("camera", "export", scene, "--camera", "nav", "--out", file)
+    note = '2000 m is not a spacecraft\'s size; 2 m if in millimetres: unit = "mm"'
+    assert run(*words) == (0, f"{file}\n", f"simgl: note: block: {note}\n")
+    assert run(*words, "--quiet") == (0, f"{file}\n", "")
+
+
 @pytest.mark.usefixtures("shared_context")
 def test_a_camera_inside_a_body(run: Run, scene: Path, out: Path) -> None:
     scene.write_text(SCENE.replace(PINHOLE, "position_icrf_m = [7000000.0, 0.25, 0.5]"))

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import ast
+import re
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
+from importlib.metadata import entry_points
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import pytest
 import typer
+from typer.main import get_command
 from typer.testing import CliRunner
 
+from simgl.commands import application
 from simgl.commands.command_line import with_option_groups
 
 PACKAGE = Path(__file__).parents[2] / "simgl"
@@ -59,6 +63,26 @@ def imported_at_start_up(tree: ast.Module) -> Iterator[str]:
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module is not None:
             yield node.module
+
+
+def test_no_help_holds_what_would_be_read_as_markup() -> None:
+    """Rich takes a word in brackets for a style and leaves it out."""
+
+    further = typer.Typer()
+    for entry in entry_points(group="simgl.commands"):
+        further.command(name=entry.name)(entry.load())
+    texts = [text for app in (application.app, further) for text in help_texts(get_command(app))]
+    assert len(texts) > 100
+    assert not [text for text in texts if re.search(r"\[[a-z#/@]", text)]
+
+
+def help_texts(command: Any) -> Iterator[str]:
+    """Of a command, its parameters, and the commands within it."""
+    yield command.help or ""
+    for parameter in command.params:
+        yield getattr(parameter, "help", None) or ""
+    for inner in getattr(command, "commands", {}).values():
+        yield from help_texts(inner)
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda p: p.stem)

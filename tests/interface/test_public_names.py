@@ -210,8 +210,6 @@ def test_importing_simgl_loads_neither_numpy_nor_opengl() -> None:
 
 
 def test_a_renamed_name_says_what_it_is_called_now() -> None:
-    with pytest.raises(AttributeError, match=r"simgl\.Exposure is now simgl\.Capture"):
-        simgl.Exposure  # noqa: B018
     with pytest.raises(AttributeError, match=r"Watch is now simgl_bridge\.PreviewClient"):
         simgl_bridge.Watch  # noqa: B018
 

@@ -103,6 +103,8 @@ def test_the_check_guesses_the_unit_and_takes_unit_and_axes(tmp_path: Path) -> N
     write_stl(path, CORNERS @ by_hand("y", "z").T * 1e3)
     guess = check_model(str(path)).unit_guess
     assert guess == '3000 m is not a spacecraft\'s size; 3 m if in millimetres: unit = "mm"'
+    assert load_model(str(path)).notes == (guess,)
+    assert load_model(str(path), unit_m=1e-3).notes == ()
     report = check_model(str(path), 1e-3, "y", "z")
     assert report.unit_guess is None
     assert report.size == pytest.approx((3.0, 2.0, 1.0), abs=FLOAT32)

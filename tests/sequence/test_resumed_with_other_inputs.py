@@ -37,7 +37,7 @@ def test_an_edited_input_of_a_sequence_is_named(name: str, tmp_path: Path) -> No
     begin(tmp_path / "out", sequence(load_scenario(path)))
     begin(tmp_path / "out", sequence(load_scenario(path)))
     edit(tmp_path / name)
-    complaint = f"its scenario is another one: {name} has changed; take another folder or remove it"
+    complaint = f"scenario has changed: {name} is not the same; take another folder or remove it"
     with pytest.raises(ConfigError, match=re.escape(complaint)):
         begin(tmp_path / "out", sequence(load_scenario(path)))
 
@@ -52,7 +52,7 @@ def test_an_edited_input_of_a_campaign_is_named(name: str, tmp_path: Path) -> No
         path.write_text(CAMPAIGN.replace("50.0", "60.0"))
     else:
         edit(tmp_path / name)
-    complaint = f"its campaign is another one: {name} has changed; take another folder"
+    complaint = f"campaign has changed: {name} is not the same; take another folder"
     with pytest.raises(ConfigError, match=re.escape(complaint)):
         begin(tmp_path / "out", {"campaign": load_campaign(path).identity})
 
@@ -78,9 +78,9 @@ def test_what_is_given_in_memory_counts_too(tmp_path: Path) -> None:
 
     begin(tmp_path / "out", sequence(scene(1.0)))
     begin(tmp_path / "out", sequence(scene(1.0)))
-    with pytest.raises(ConfigError, match="another one: what it holds in memory has changed"):
+    with pytest.raises(ConfigError, match="has changed: what it holds in memory is not the same"):
         begin(tmp_path / "out", sequence(scene(1.1)))
-    with pytest.raises(ConfigError, match="another one: what it holds in memory has changed"):
+    with pytest.raises(ConfigError, match="has changed: what it holds in memory is not the same"):
         begin(tmp_path / "out", sequence(replace(scene(1.0), seed=1)))
 
 
@@ -90,14 +90,14 @@ def test_another_shader_is_another_program(tmp_path: Path, monkeypatch: pytest.M
     (tmp_path / "shaders").mkdir()
     (tmp_path / "shaders" / "a.frag").write_text("void main() {}")
     monkeypatch.setattr(assets, "shaders", lambda: tmp_path / "shaders")
-    with pytest.raises(ConfigError, match="its program is another one: shaders has changed"):
+    with pytest.raises(ConfigError, match="program has changed: shaders is not the same"):
         begin(tmp_path / "out", sequence(scenario))
 
 
 def test_a_file_that_is_read_no_more_is_named(tmp_path: Path) -> None:
     plan = {"scenario": {"a.toml": "1", "b.obj": "2"}}
     begin(tmp_path / "out", plan)
-    with pytest.raises(ConfigError, match=r"another one: b\.obj is not part of it now"):
+    with pytest.raises(ConfigError, match=r"has changed: b\.obj is not part of it now"):
         begin(tmp_path / "out", {"scenario": {"a.toml": "1"}})
-    with pytest.raises(ConfigError, match=r"another one: c\.obj was not part of it"):
+    with pytest.raises(ConfigError, match=r"has changed: c\.obj was not part of it"):
         begin(tmp_path / "out", {"scenario": {"a.toml": "1", "b.obj": "2", "c.obj": "3"}})

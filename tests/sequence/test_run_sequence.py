@@ -146,10 +146,10 @@ def test_a_killed_run_goes_on_to_the_same_bytes(scene: Path, tmp_path: Path) -> 
     [
         (["--duration", "60"], "needs exactly one of --step, --count, --random, --event; got none"),
         (["--duration", "60", "--step", "5", "--count", "3"], "got --step and --count"),
-        (["--count", "3"], "--to or --duration is required, not both"),
+        (["--count", "3"], "needs exactly one of --to, --duration; got none of them"),
         (
             ["--to", "2026-03-20", "--duration", "5", "--count", "3"],
-            "--to or --duration is required",
+            "needs exactly one of --to, --duration; got --to and --duration",
         ),
         (
             ["--to", "2026-03-19T00:00:00", "--count", "3"],
@@ -172,7 +172,7 @@ def test_a_killed_run_goes_on_to_the_same_bytes(scene: Path, tmp_path: Path) -> 
         (["--duration", "60", "--event", "umbra_entry"], "--event begins nowhere in the span"),
         (
             ["--duration", "60", "--event", "umbra_entry", "--target", "x"],
-            '--target "x": allowed: target',
+            '--target "x" is not in the scenario; allowed: target',
         ),
     ],
 )
@@ -198,8 +198,8 @@ def test_a_folder_of_another_sequence_is_refused_and_kept(
     before = contents(out)
     capsys.readouterr()
     line = refused(monkeypatch, capsys, scene, "--out", out, *options, "--count", "3")
-    assert "holds another sequence: its frames is 2, now 3; take another folder" in line
+    assert "holds another run: frames was 2, now 3; take another folder" in line
     scene.write_text(SCENE.replace("seed = 3", "seed = 4"))
     line = refused(monkeypatch, capsys, scene, "--out", out, *options, "--count", "2")
-    assert "holds another sequence: its scenario is" in line
+    assert "holds another run: scenario has changed" in line
     assert contents(out) == before

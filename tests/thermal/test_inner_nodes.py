@@ -207,8 +207,9 @@ def test_the_table_of_temperatures_has_the_nodes(tmp_path: Path) -> None:
     scenario.write_text(
         '[epoch]\nutc = "2026-03-20T12:00:00"\n[earth]\nshape = "none"\n[spacecraft.wedge]\n'
         f'model = "{path}"\nposition_icrf_m = [7.0e6, 0.0, 0.0]\n'
+        "[thermal]\npatches = 40\n"
     )
-    words = ["thermal", str(scenario), "--duration", "30", "--patches", "40"]
+    words = ["thermal", str(scenario), "--duration", "30"]
     result = CliRunner().invoke(app, [*words, "--out", str(tmp_path)], catch_exceptions=False)
     assert result.exit_code == 0
     with (tmp_path / "wedge.thermal.csv").open() as file:

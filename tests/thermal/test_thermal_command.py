@@ -37,6 +37,9 @@ focal_length_mm = 1.2
 thermal = { detector = "bolometer_lwir" }
 [camera.visible]
 about = { target = "box", azimuth_deg = 30.0, range_m = 10.0 }
+[thermal]
+patches = 60
+step_s = 20.0
 """
 
 
@@ -55,12 +58,13 @@ def test_a_run_writes_a_table_and_a_heat_map(tmp_path: Path) -> None:
     scenario = tmp_path / "box.toml"
     scenario.write_text(SCENARIO)
     out = tmp_path / "out"
-    words = ["thermal", str(scenario), "--duration", "60", "--patches", "60", "--out", str(out)]
+    words = ["thermal", str(scenario), "--duration", "60", "--out", str(out)]
     result = CliRunner().invoke(app, words, catch_exceptions=False)
     assert result.exit_code == 0
     with (out / "box.thermal.csv").open() as file:
         rows = list(csv.DictReader(file))
-    assert [row["seconds"] for row in rows] == ["0.000", "30.000", "60.000"]
+    assert [row["seconds"] for row in rows] == ["0.000", "20.000", "40.000", "60.000"]
+    assert "4 epochs, 60 patches" in result.output
     for row in rows:
         low, mean, high = (float(row[f"box.{k}_k"]) for k in ("min", "mean", "max"))
         assert 150.0 < low < mean < high < 350.0
@@ -71,7 +75,7 @@ def test_a_run_writes_a_table_and_a_heat_map(tmp_path: Path) -> None:
 def test_a_camera_sees_it_in_the_infrared(tmp_path: Path) -> None:
     scenario = tmp_path / "box.toml"
     scenario.write_text(SCENARIO)
-    words = ["thermal", str(scenario), "--duration", "30", "--patches", "60", "--camera"]
+    words = ["thermal", str(scenario), "--duration", "30", "--camera"]
     words += ["ir", "--out", str(tmp_path)]
     result = CliRunner().invoke(app, words, catch_exceptions=False)
     assert result.exit_code == 0
@@ -98,7 +102,7 @@ def test_a_camera_sees_it_in_the_infrared(tmp_path: Path) -> None:
         (["--camera", "thermel"], "thermel"),
         (["--camera", "visible"], "sees visible light; a thermal one has [camera.visible.thermal]"),
         (["--step", "0"], "--step must lie in 0.01..3600 s, got 0"),
-        (["--spacecraft", "bix"], '--spacecraft "bix": did you mean "box"?'),
+        (["--spacecraft", "bix"], 'box.toml; did you mean "box"?'),
     ],
 )
 def test_bad_options_give_one_line(tmp_path: Path, words: list[str], line: str) -> None:

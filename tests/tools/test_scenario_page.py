@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import Any, get_args
+
 import msgspec
 import pytest
 
 from simgl.config.value_types import Table
-from tools.scenario_page import PAGE, TABLES, example_of, page
+from tools.scenario_page import PAGE, TABLES, example_of, meanings_of, page
 
 
 def test_the_page_is_that_of_the_schema() -> None:
@@ -20,6 +23,27 @@ def test_every_key_has_an_example_that_is_allowed(table: type[Table]) -> None:
         example = example_of(table, field)
         assert example is not None, field.name
         msgspec.convert(example, field.type, strict=False)
+
+
+@pytest.mark.parametrize("table", TABLES.values(), ids=lambda t: t.__name__)
+def test_every_key_says_what_it_is(table: type[Table]) -> None:
+    keys = {field.encode_name for field in msgspec.structs.fields(table)}
+    assert keys == keys & meanings_of(table).keys()
+
+
+def test_the_page_has_every_table_within_another() -> None:
+    assert all(table in TABLES.values() for one in TABLES.values() for table in tables_in(one))
+
+
+def tables_in(node: Any) -> Iterator[type]:
+    """The tables that the keys of a table, or a type, may hold."""
+    is_table = isinstance(node, type) and issubclass(node, Table)
+    fields = msgspec.structs.fields(node) if is_table else ()
+    for inner in (*(field.type for field in fields), *get_args(node)):
+        if isinstance(inner, type) and issubclass(inner, Table):
+            yield inner
+        else:
+            yield from tables_in(inner)
 
 
 def test_limits_units_and_needs_are_those_of_the_keys() -> None:

@@ -28,7 +28,7 @@ def follow(
     ] = None,
     centre_of_mass: Annotated[
         list[str] | None,
-        typer.Option(help="NAME=X,Y,Z [m], in the axes of the scenario's model."),
+        typer.Option(help="NAME=X,Y,Z in metres, in the axes of the scenario's model."),
     ] = None,
     joint: Annotated[
         list[str] | None,
@@ -38,7 +38,7 @@ def follow(
         ),
     ] = None,
     camera: Annotated[
-        list[str] | None, typer.Option(help="Camera name; all cameras if not given.")
+        list[str] | None, typer.Option(help="Camera name, once for each camera; all if not given.")
     ] = None,
     product: Annotated[
         list[str] | None,

@@ -50,6 +50,7 @@ _TEXT_TIMES: dict[str, TimeScale] = {
 _SECONDS = ("time_s", "time (epsec)", "time (sec)")
 _JOINT = re.compile(r"joint_([A-Za-z0-9_-]+)_(deg|m)")
 _AXES = "xyz"
+_NUMBER = re.compile(r"[-+.\deE]*")
 
 
 @dataclass(frozen=True)
@@ -80,6 +81,8 @@ class Table:
             raise ConfigError(str(lines[0].path) if lines else "", "", "holds no table")
         self._header, *body = filled
         self._names = [name.strip() for name in next(csv.reader([self._header.text]))]
+        if all(map(_NUMBER.fullmatch, self._names)):
+            self._header.fail("", f"must name the columns, got {shown(self._header.text)}")
         twice = {name for name in self._names if name and self._names.count(name) > 1}
         if twice:
             self._header.fail("", f"names {shown(min(twice))} twice")

@@ -246,8 +246,13 @@ def _kind(lines: list[Line], path: Path) -> str:
     body = [line.text for line in lines if line.text.strip()]
     if any(one.startswith("1 ") for one in body[:2]):
         return "tle"
-    if "," in next((one for one in body if not one.startswith("#")), ""):
+    head = next((one for one in body if not one.startswith("#")), "")
+    if "," in head:
         return "table"
+    for mark, marks in ((";", "semicolons"), ("\t", "tabs")):
+        if mark in head:
+            problem = f"has {marks} between its columns; a table needs commas, and decimal points"
+            raise ConfigError(first.where, "", problem)
     raise ConfigError(first.where, "", f"is not the start of {_KINDS}, got {shown(text)}")
 
 

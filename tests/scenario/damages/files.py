@@ -63,13 +63,19 @@ DAMAGES = (
         "camera name that is a path",
         "[camera.nav]",
         '[camera."../nav"]',
-        ': camera."../nav" must be a name of letters, digits, _ and -',
+        ': camera."../nav" must be a name of letters a to z or A to Z, digits, _ and -',
     ),
     Damage(
         "spacecraft name on two lines",
         "[spacecraft.chaser]",
         '[spacecraft."a\\nb"]',
-        ': spacecraft."a\\nb" must be a name of letters, digits, _ and -',
+        ': spacecraft."a\\nb" must be a name of letters a to z or A to Z, digits, _ and -',
+    ),
+    Damage(
+        "spacecraft name with an umlaut",
+        "[spacecraft.chaser]",
+        '[spacecraft."jäger"]',
+        ': spacecraft."jäger" must be a name of letters a to z or A to Z, digits, _ and -',
     ),
     Damage("no epoch", EPOCH, "", ': epoch is missing; write [epoch] utc = "2026-03-20T12:00:00"'),
     Damage("no utc", f"{UTC}\n", "", " [epoch]: utc is missing"),
@@ -142,13 +148,6 @@ DAMAGES = (
         SEED,
         "samples_per_pixel = 4",
         " [render]: samples_per_pixel must be a whole number >= 5, got 4",
-    ),
-    Damage(
-        "levels of detail",
-        SEED,
-        "level_of_detail_error_px = 0.25",
-        " [render]: level_of_detail_error_px was removed with the levels of detail: they saved 5 % "
-        "of a frame and changed interreflected light; delete the key",
     ),
     Damage(
         "whole number beyond a float",

@@ -149,7 +149,8 @@ DAMAGES = (
         "a band named as the depth",
         RENDER,
         f'[bands]\nedges_nm = [[400.0, 500.0]]\nnames = ["Z"]\n{RENDER}',
-        " [bands]: names must be of letters, digits, _ and -, at most 32, and not Z and partId",
+        " [bands]: names must be of letters a to z or A to Z, digits, _ and -, at most 32, not Z "
+        "and partId",
     ),
     Damage(
         "air of the study in other bands",
@@ -208,7 +209,8 @@ DAMAGES = (
         "lamp in two places",
         RENDER,
         LAMP.replace("look_at", "position_body_m = [0.0, 0.0, 0.0]\nlook_at"),
-        " [lamp.spot]: position_body_m or keypoint is required, not both",
+        " [lamp.spot]: needs exactly one of position_body_m, keypoint; got position_body_m and "
+        "keypoint",
     ),
     Damage(
         "lamp at a keypoint of none",
@@ -222,7 +224,7 @@ DAMAGES = (
         "lamp in two directions",
         RENDER,
         LAMP.replace("half", "boresight = [1.0, 0.0, 0.0]\nhalf"),
-        " [lamp.spot]: look_at or boresight is required, not both",
+        " [lamp.spot]: needs exactly one of look_at, boresight; got look_at and boresight",
     ),
     Damage(
         "lamp that looks at its carrier",

@@ -26,6 +26,12 @@ DAMAGES = (
         " [spacecraft.chaser]: model: FOLDER/no/craft.glb: no such model file",
     ),
     Damage(
+        "model in a format that is not read",
+        MODEL,
+        'model = "craft.step"',
+        " [spacecraft.chaser]: model: FOLDER/craft.step: no such model file",
+    ),
+    Damage(
         "unit of a shipped model",
         MODEL,
         f"{MODEL}\nunit_m = 0.001",

@@ -198,13 +198,15 @@ DAMAGES = (
         "empty model",
         PLATE,
         "model = {}",
-        " [spacecraft.plate]: model needs exactly one of plate, sphere, box, cylinder",
+        " [spacecraft.plate]: model needs exactly one of plate, sphere, box, cylinder; got none "
+        "of them",
     ),
     Damage(
         "two primitives",
         PLATE,
         PLATE + "\nmodel.sphere = { radius_m = 1.0, material = { reflectance = 0.5 } }",
-        " [spacecraft.plate]: model needs exactly one of plate, sphere, box, cylinder",
+        " [spacecraft.plate]: model needs exactly one of plate, sphere, box, cylinder; got plate "
+        "and sphere",
     ),
     Damage(
         "metal without roughness",

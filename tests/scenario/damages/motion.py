@@ -21,15 +21,15 @@ DAMAGES = (
         "two places",
         PLACE,
         PLACE + "\norbit = { altitude_km = 400.0, inclination_deg = 51.6 }",
-        " [spacecraft.plate]: place needs exactly one of orbit, relative_to, position_icrf_m; "
-        "got orbit and position_icrf_m",
+        " [spacecraft.plate]: needs exactly one of orbit, trajectory, relative_to, "
+        "position_icrf_m; got orbit and position_icrf_m",
     ),
     Damage(
         "no place",
         f"{PLACE}\n",
         "",
-        " [spacecraft.plate]: place needs exactly one of orbit, relative_to, position_icrf_m; "
-        "got none of them",
+        " [spacecraft.plate]: needs exactly one of orbit, trajectory, relative_to, "
+        "position_icrf_m; got none of them",
     ),
     Damage(
         "velocity of another place",
@@ -73,15 +73,28 @@ DAMAGES = (
         "orbit of no size",
         ORBIT,
         "orbit = { inclination_deg = 51.6 }",
-        " [spacecraft.chaser]: orbit needs exactly one of altitude_km (circular) and "
-        "semi_major_axis_km",
+        " [spacecraft.chaser]: orbit needs exactly one of altitude_km, semi_major_axis_km; "
+        "got none of them",
     ),
     Damage(
         "orbit of two sizes",
         ORBIT,
         "orbit = { altitude_km = 400.0, semi_major_axis_km = 6778.0 }",
-        " [spacecraft.chaser]: orbit needs exactly one of altitude_km (circular) and "
-        "semi_major_axis_km",
+        " [spacecraft.chaser]: orbit needs exactly one of altitude_km, semi_major_axis_km; "
+        "got altitude_km and semi_major_axis_km",
+    ),
+    Damage(
+        "altitude in metres",
+        ORBIT,
+        "orbit = { altitude_km = 400e3 }",
+        " [spacecraft.chaser]: orbit.altitude_km must be a number <= 100000.0, got 400000.0",
+    ),
+    Damage(
+        "semi-major axis in metres",
+        ORBIT,
+        "orbit = { semi_major_axis_km = 6778e3 }",
+        " [spacecraft.chaser]: orbit.semi_major_axis_km must be a number <= 1000000.0, got "
+        "6778000.0",
     ),
     Damage(
         "eccentric altitude",

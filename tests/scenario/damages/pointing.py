@@ -9,14 +9,14 @@ DAMAGES = (
         "two mounts",
         PINHOLE,
         f'{PINHOLE}\non = "chaser"',
-        " [camera.nav]: mount needs exactly one of on, about, position_icrf_m; got on and "
+        " [camera.nav]: needs exactly one of on, about, position_icrf_m; got on and "
         "position_icrf_m",
     ),
     Damage(
         "no mount",
         f"{PINHOLE}\n",
         "",
-        " [camera.nav]: mount needs exactly one of on, about, position_icrf_m; got none of them",
+        " [camera.nav]: needs exactly one of on, about, position_icrf_m; got none of them",
     ),
     Damage(
         "looking at nobody",
@@ -29,13 +29,19 @@ DAMAGES = (
         "looking nowhere",
         f"{LOOK}\n",
         "",
-        " [camera.nav]: look_at or limb or boresight is required, only one of them",
+        " [camera.nav]: needs exactly one of look_at, limb, boresight; got none of them",
     ),
     Damage(
         "looking two ways",
         LOOK,
         f"{LOOK}\nboresight = [0.0, 0.0, -1.0]",
-        " [camera.nav]: look_at or limb or boresight is required, only one of them",
+        " [camera.nav]: needs exactly one of look_at, limb, boresight; got look_at and boresight",
+    ),
+    Damage(
+        "top of the image along the view",
+        LOOK,
+        "boresight = [0.0, 0.0, 2.0]\nup = [0.0, 0.0, -1.0]",
+        " [camera.nav]: up must not lie along boresight, got [0.0, 0.0, -1.0]",
     ),
     Damage(
         "looking at a place that is not there",
@@ -132,13 +138,14 @@ DAMAGES = (
         "on a body but nowhere",
         PINHOLE,
         'on = "chaser"',
-        " [camera.nav]: position_body_m or keypoint is required, not both",
+        " [camera.nav]: needs exactly one of position_body_m, keypoint; got none of them",
     ),
     Damage(
         "on a body at two places",
         PINHOLE,
         'on = "chaser"\nkeypoint = "docking_port"\nposition_body_m = [0.0, 0.0, 1.0]',
-        " [camera.nav]: position_body_m or keypoint is required, not both",
+        " [camera.nav]: needs exactly one of position_body_m, keypoint; got position_body_m and "
+        "keypoint",
     ),
     Damage(
         "keypoint of a primitive",
