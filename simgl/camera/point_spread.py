@@ -348,7 +348,8 @@ def spread_key(camera: Camera, weights: Array | None) -> Hashable:
     Neither exposure time nor electronics count: a control loop may set them for every image.
     """
     detector, summed = camera.detector, None if weights is None else weights.tobytes()
-    return camera.lens, camera.geometry, detector.pixel_pitch, detector.bands, summed
+    spectrum = detector.bands, detector.pixel_curves
+    return camera.lens, camera.geometry, detector.pixel_pitch, spectrum, summed
 
 
 def has_spread(camera: Camera) -> bool:
