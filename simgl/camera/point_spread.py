@@ -125,6 +125,7 @@ class Spread:
     """Point spread, veiling glare and ghosts of one lens, on pixels softened by ``pixel_ramps``.
 
     weights : (results, 4) of the bands; by default the bands themselves
+    margin : pixels around the image of the camera that planes and results have, too
     executor : processes planes in parallel; None for one after the other
 
     mixture : (planes, 4) weights of the bands in the planes that ``apply`` takes, non-negative
@@ -134,9 +135,14 @@ class Spread:
     """
 
     def __init__(
-        self, camera: Camera, weights: Array | None = None, executor: Executor | None = None
+        self,
+        camera: Camera,
+        weights: Array | None = None,
+        executor: Executor | None = None,
+        margin: int = 0,
     ) -> None:
-        self._camera = camera
+        self._half_diagonal = 0.5 * float(np.hypot(camera.detector.width, camera.detector.height))
+        self._camera = camera = camera.with_margin(margin)
         self._map = map if executor is None else executor.map
         self._outcome = np.eye(4) if weights is None else weights
         d = camera.detector
@@ -153,7 +159,9 @@ class Spread:
             kernels = [list(_pair(row, shares, single * light)) for row in zones]
         else:
             self.mixture, self.mixing = np.eye(4), self._outcome
-        self.zones: list[Array32 | None] = [None] if zones is None else _zone_weights(camera)
+        self.zones: list[Array32 | None] = [None]
+        if zones is not None:
+            self.zones = _zone_weights(camera, self._half_diagonal)
         self._convolver = None
         if zones is not None:
             self._convolver = Convolver(kernels, self.mixing, d.width, d.height, executor)
@@ -342,14 +350,14 @@ class Spread:
         return row, column, np.hypot((row + 0.5 - y)[:, None], column + 0.5 - x) <= reach
 
 
-def spread_key(camera: Camera, weights: Array | None) -> Hashable:
-    """Equal where a ``Spread`` is.
+def spread_key(camera: Camera, weights: Array | None, margin: int) -> Hashable:
+    """Equal where a ``Spread`` of these is.
 
     Neither exposure time nor electronics count: a control loop may set them for every image.
     """
     detector, summed = camera.detector, None if weights is None else weights.tobytes()
     spectrum = detector.bands, detector.pixel_curves
-    return camera.lens, camera.geometry, detector.pixel_pitch, spectrum, summed
+    return camera.lens, camera.geometry, margin, detector.pixel_pitch, spectrum, summed
 
 
 def has_spread(camera: Camera) -> bool:
@@ -379,14 +387,17 @@ def _zone_kernels(camera: Camera) -> list[list[PsfKernel]]:
     ]
 
 
-def _zone_weights(camera: Camera) -> list[Array32 | None]:
-    """(height, width) weight of each zone in each pixel; None for 1 everywhere."""
+def _zone_weights(camera: Camera, half_diagonal: float) -> list[Array32 | None]:
+    """(height, width) weight of each zone in each pixel; None for 1 everywhere.
+
+    half_diagonal : of the image [px]
+    """
     spread, d = camera.lens.spread, camera.detector
     assert spread is not None
     if len(spread.zones) == 1 or spread.image is not None:
         return [None]
     x, y = np.arange(d.width) + 0.5 - 0.5 * d.width, np.arange(d.height) + 0.5 - 0.5 * d.height
-    share = np.hypot(y[:, None], x) / (0.5 * np.hypot(d.width, d.height))
+    share = np.hypot(y[:, None], x) / half_diagonal
     nodes = np.array([zone.share for zone in spread.zones])
     return [np.interp(share, nodes, hat).astype(np.float32) for hat in np.eye(len(nodes))]
 

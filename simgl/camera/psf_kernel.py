@@ -86,7 +86,7 @@ def lens_reach(camera: Camera, blur: Blur) -> int:
     radius = (4.0 * blur.aberration + 0.5 * abs(blur.defocus) / lens.f_number) / pitch
     if lens.spread.diffraction:
         # The tail's formula holds from about the twentieth dark ring on.
-        radius += 20.0 * _mean_wavelength(camera, 1) * lens.f_number / pitch
+        radius += 20.0 * mean_wavelength(camera, 1) * lens.f_number / pitch
     reach = SMALLEST_REACH
     while reach < 2.0 * radius:
         reach *= 2
@@ -107,7 +107,7 @@ def lens_kernel(camera: Camera, blur: Blur, band: int, reach: int, ramp: float =
     assert lens.spread is not None
     tail = 0.0
     if lens.spread.diffraction:
-        tail = airy_tail(_mean_wavelength(camera, band), lens.f_number, pitch)
+        tail = airy_tail(mean_wavelength(camera, band), lens.f_number, pitch)
     if not lens.spread.diffraction and blur == Blur():
         point = np.zeros((2 * reach + 1, 2 * reach + 1))
         point[reach, reach] = 1.0
@@ -131,7 +131,8 @@ def _wavelengths(camera: Camera) -> tuple[Array, Array]:
     return band_wavelengths(SOLAR_TEMPERATURE, camera.detector.bands, camera.detector.pixel_curves)
 
 
-def _mean_wavelength(camera: Camera, band: int) -> float:
+def mean_wavelength(camera: Camera, band: int) -> float:
+    """Of the light that makes electrons in a band [m]."""
     wavelengths, shares = _wavelengths(camera)
     return float(np.sum(wavelengths[band] * shares[band]))
 
