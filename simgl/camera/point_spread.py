@@ -257,8 +257,7 @@ class Spread:
         """What has to be known of an image to tell the Sun's ghosts; None if it makes none."""
         if not self._makes_ghosts(sun):
             return None
-        tangent, radius = self._image_of(sun)
-        row, column, _ = self._pixels_of_sun(tangent, radius)
+        row, column, _ = self._pixels_of_sun(*self._image_of(sun))
         rows, columns = (
             slice(int(of[0]), int(of[-1]) + 1) if of.size else slice(0, 0) for of in (row, column)
         )
@@ -275,17 +274,16 @@ class Spread:
         return tuple(disc for disc in discs if disc not in soft)
 
     def _image_of(self, sun: SunInCamera) -> tuple[Array, float]:
-        """Tangents of the Sun's direction, and its radius [pixels]."""
+        """Column and row of the Sun's image, NaN where the lens sees none, and its radius [px]."""
         radius = float(np.tan(sun.angular_radius)) * self._camera.focal_length_px
-        return sun.direction[:2] / sun.direction[2], radius
+        return self._camera.project(sun.direction), radius
 
     def _makes_ghosts(self, sun: SunInCamera) -> bool:
-        if not self._ghosts or sun.direction[2] <= 0.0:
+        if not self._ghosts:
             return False
-        camera, d = self._camera, self._camera.detector
-        tangent, radius = self._image_of(sun)
-        off_axis = float(np.linalg.norm(tangent)) * camera.focal_length_px
-        return off_axis <= 0.5 * float(np.hypot(d.width, d.height)) + radius
+        d, (place, radius) = self._camera.detector, self._image_of(sun)
+        off_centre = float(np.linalg.norm(place - 0.5 * np.array([d.width, d.height])))
+        return off_centre <= self._half_diagonal + radius
 
     def _discs(
         self, window: Window, planes: Sequence[Array32], sun: SunInCamera
@@ -296,35 +294,38 @@ class Spread:
         """
         if not self._makes_ghosts(sun):
             return []
-        camera, d, lens = self._camera, self._camera.detector, self._camera.lens
-        tangent, radius = self._image_of(sun)
-        pupil = 0.5 * lens.focal_length / lens.f_number
-        collected = (
-            sun.irradiance * sun.direction[2] * np.pi * pupil**2 * np.array(lens.transmission)
-        )
-        direct = self._outcome @ collected / d.pixel_pitch**2
-        direct *= self._visible_share(window, planes, tangent, radius)
-        middle = camera.intrinsics[:2, 2]
+        camera, lens, pitch = self._camera, self._camera.lens, self._camera.detector.pixel_pitch
+        turns, focal_length = False, lens.focal_length
+        if lens.distortion is not None:
+            turns, focal_length = lens.distortion.pupil_turns, focal_length * lens.distortion.scale
+        pupil = 0.5 * focal_length / lens.f_number
+        collected = sun.irradiance * irradiance_per_radiance(camera) * focal_length**2
+        place, radius = self._image_of(sun)
+        direct = self._outcome @ collected / pitch**2
+        direct *= self._visible_share(window, planes, place, radius)
+        # A pupil that faces the boresight is foreshortened.
+        direct *= 1.0 if turns else sun.direction[2]
+        middle = np.array(camera.principal_point)
         discs = []
         for ghost in self._ghosts:
-            x, y = middle + ghost.lever * tangent / d.pixel_pitch
+            x, y = middle + ghost.lever / lens.focal_length * (place - middle)
             discs.append(
                 GhostDisc(
                     x=float(x),
                     y=float(y),
                     # No disc is smaller than a pixel.
-                    pupil=max(ghost.spread * pupil / d.pixel_pitch, 0.6),
-                    sun=max(abs(ghost.lever) * sun.angular_radius / d.pixel_pitch, 0.6),
+                    pupil=max(ghost.spread * pupil / pitch, 0.6),
+                    sun=max(abs(ghost.lever) * sun.angular_radius / pitch, 0.6),
                     power=ghost.share * direct,
                 )
             )
         return discs
 
     def _visible_share(
-        self, window: Window, planes: Sequence[Array32], tangent: Array, radius: float
+        self, window: Window, planes: Sequence[Array32], place: Array, radius: float
     ) -> float:
         """Fraction of the Sun's pixels that no spacecraft covers; 1 if it has none in the image."""
-        row, column, inside = self._pixels_of_sun(tangent, radius)
+        row, column, inside = self._pixels_of_sun(place, radius)
         if not inside.any():
             return 1.0
         # Outside the window all is black.
@@ -337,13 +338,9 @@ class Spread:
         bright = [plane[part][seen] > lim for plane, lim in zip(planes, self.limits, strict=True)]
         return float(np.any(bright, axis=0).sum() / inside.sum())
 
-    def _pixels_of_sun(self, tangent: Array, radius: float) -> tuple[IndexArray, IndexArray, Mask]:
+    def _pixels_of_sun(self, place: Array, radius: float) -> tuple[IndexArray, IndexArray, Mask]:
         """Rows and columns around the Sun's image, and which of their pixels are in it."""
-        d = self._camera.detector
-        x, y = self._camera.project(np.array([*tangent, 1.0]))
-        none = np.zeros(0, dtype=np.intp)
-        if np.isnan(x):
-            return none, none, np.zeros((0, 0), dtype=np.bool_)
+        d, (x, y) = self._camera.detector, place
         reach = max(0.9 * radius, 0.75)
         row = np.arange(max(int(y - reach), 0), min(int(y + reach) + 1, d.height))
         column = np.arange(max(int(x - reach), 0), min(int(x + reach) + 1, d.width))

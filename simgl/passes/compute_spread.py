@@ -126,7 +126,7 @@ class ComputeSpreadPass:
         )
 
     def _made(self, camera: Camera, weights: Array | None, margin: int) -> _Lens:
-        spread = Spread(camera, weights, margin=margin)
+        spread = Spread(camera, weights, None, margin)
         spectra = spread.spectra()
         relative = relative_illumination(camera.with_margin(margin))
         sums = spread.mixture * irradiance_per_radiance(camera)

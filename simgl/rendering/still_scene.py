@@ -57,7 +57,7 @@ class StillScene:
     @property
     def radiance(self) -> ImageTarget:
         """Rendered at the first use; valid until the renderer draws another scene of this size."""
-        return self._with_ramps(SHARP, 0)
+        return self._with_ramps(SHARP)
 
     @property
     def softened(self) -> ImageTarget:
@@ -65,7 +65,7 @@ class StillScene:
         the ``image_margin`` from which it brings light; valid as ``radiance`` is."""
         return self._with_ramps(pixel_ramps(self.camera), image_margin(self.camera))
 
-    def _with_ramps(self, ramps: Ramps, margin: int) -> ImageTarget:
+    def _with_ramps(self, ramps: Ramps, margin: int = 0) -> ImageTarget:
         if (ramps, margin) not in self.drawn:
             self.drawn[ramps, margin] = self._render(ramps, margin)
         return self.drawn[ramps, margin]
