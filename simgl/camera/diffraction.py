@@ -93,15 +93,15 @@ def _gauss_rule(places: Array, weights: Array) -> tuple[Array, Array]:
     x = (places - middle) / half
     share = weights / weights.sum()
     before, now = np.zeros_like(x), np.ones_like(x)
-    diagonal, beside = [], [0.0]
+    diagonal, off_diagonal = [], [0.0]
     for _ in range(_WAVELENGTHS):
         diagonal.append(float(np.sum(share * x * now * now)))
-        following = (x - diagonal[-1]) * now - beside[-1] * before
-        beside.append(float(np.sqrt(np.sum(share * following**2))))
-        if beside[-1] < _ONE_PLACE:
+        following = (x - diagonal[-1]) * now - off_diagonal[-1] * before
+        off_diagonal.append(float(np.sqrt(np.sum(share * following**2))))
+        if off_diagonal[-1] < _ONE_PLACE:
             break
-        before, now = now, following / beside[-1]
-    matrix = np.diag(diagonal) + np.diag(beside[1 : len(diagonal)], 1)
+        before, now = now, following / off_diagonal[-1]
+    matrix = np.diag(diagonal) + np.diag(off_diagonal[1 : len(diagonal)], 1)
     nodes, vectors = np.linalg.eigh(matrix + np.triu(matrix, 1).T)
     # Of so few places, the last one stands for those that are missing.
     missing = _WAVELENGTHS - len(nodes)

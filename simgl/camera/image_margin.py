@@ -41,8 +41,8 @@ def _margin(camera: Camera) -> int:
     spread, d = camera.lens.spread, camera.detector
     assert spread is not None
     reach = _of_image(spread) if spread.image is not None else _of_lens(camera, spread)
-    most = min(_WIDEST, (MAX_EDGE - max(d.width, d.height)) // 2)
-    margin = max(min(_STEP * int(np.ceil(reach / _STEP)), _STEP * (most // _STEP)), 0)
+    largest = min(_WIDEST, (MAX_EDGE - max(d.width, d.height)) // 2)
+    margin = max(min(_STEP * int(np.ceil(reach / _STEP)), _STEP * (largest // _STEP)), 0)
     if not camera.is_pinhole:
         try:
             pinhole_fields(camera.with_margin(margin))
