@@ -11,6 +11,7 @@ from typing import Literal
 import moderngl
 
 from simgl.camera.camera import Camera
+from simgl.camera.image_margin import image_margin
 from simgl.errors import ConfigError, did_you_mean
 from simgl.garbage_collection import collect_again, leave_out_of_collections
 from simgl.gpu.context import close_context, current, is_closed, open_context, preserve_current
@@ -29,7 +30,7 @@ from simgl.rendering.first_image import prepare_first_image
 from simgl.rendering.renderer import Renderer
 from simgl.rendering.scene_frames import scene_frames
 from simgl.rendering.spacecraft_skies import SpacecraftSkies
-from simgl.rendering.still_scene import StillScene
+from simgl.rendering.still_scene import StillScene, with_settings
 from simgl.rendering.thermal_frames import ThermalScene, thermal_capture
 from simgl.scenario.scenario import Scenario
 from simgl.scene.lamp_response import DetectorLight, lit_for_detector
@@ -280,7 +281,7 @@ class Simulator(AbstractContextManager["Simulator"]):
             draw=draw,
             interreflection=self._interreflection(state),
         )
-        view = cache(lambda: self._view(state, camera))
+        view = cache(lambda margin: self._view(_around(state, camera, margin), camera))
         return StillScene(self._renderer, state, view, info)
 
     def _view(self, state: SceneState, camera: str, part: ExposurePart | None = None) -> FrameView:
@@ -310,7 +311,10 @@ class Simulator(AbstractContextManager["Simulator"]):
     ) -> StillScene:
         """The scene during the exposure; the still scene if nothing moves visibly."""
         camera = still.camera.name
-        if during is None or (scene := moving_scene(still.state, camera, during)) is None:
+        if during is None:
+            return still
+        around = _around(still.state, camera, image_margin(still.camera))
+        if (scene := moving_scene(around, camera, during)) is None:
             return still
         moving = MovingViews(scene=scene, view_of=lambda part: self._view(part.state, camera, part))
         return replace(still, moving=moving, lit={}, drawn={})
@@ -398,3 +402,8 @@ class Simulator(AbstractContextManager["Simulator"]):
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def _around(state: SceneState, camera: str, margin: int) -> SceneState:
+    """A state in which a camera sees so many pixels around its image."""
+    return with_settings(state, state.cameras[camera].camera.with_margin(margin))

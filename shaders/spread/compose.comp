@@ -12,7 +12,8 @@ layout(std430, binding = 2) readonly buffer Besides { float besides[]; };
 #endif
 layout(rgba32f, binding = 0) uniform image2D target_image;
 
-uniform ivec2 image;                // columns, rows
+uniform ivec2 image;                // columns, rows, with the margin around it
+uniform int margin;                 // of columns and rows on each side that are left out
 uniform ivec2 near_size, far_size;  // of a layer
 uniform float near_share, factor;   // of what is near, of all
 #ifdef MOSAIC
@@ -51,11 +52,12 @@ void main() {
 #ifdef MOSAIC
     for (int i = 0; i < 4; ++i) {
         ivec2 pixel = ivec2(4 * texel.x + i, texel.y);
-        if (pixel.x < image.x) value[i] = light(pixel, results[2 * (pixel.y % 2) + pixel.x % 2]);
+        int result = results[2 * (pixel.y % 2) + pixel.x % 2];
+        if (pixel.x < image.x - 2 * margin) value[i] = light(pixel + margin, result);
     }
     if (adds != 0) value += imageLoad(target_image, texel);
 #else
-    for (int result = 0; result < 4; ++result) value[result] = light(texel, result);
+    for (int result = 0; result < 4; ++result) value[result] = light(texel + margin, result);
 #endif
     imageStore(target_image, texel, value);
 }

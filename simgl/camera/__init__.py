@@ -13,6 +13,7 @@ chebyshev                       polynomials through values at Chebyshev nodes
 distortion                      pinhole field of view behind a distorting lens; fall-off
 diffraction, psf_kernel, convolution, ghosts, point_spread
                                 point spread function, stray light and ghosts of a lens
+image_margin                    how far beyond the image such a lens sees light
 row_curve                       row on which a line of sight ends behind such a lens
 rolling_shutter, noise_streams, blooming, particle_hits, demosaic
                                 row timing, random numbers, charge effects, colour images from DN

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -25,7 +25,12 @@ OPENCV_COUNTS = (4, 5, 8, 12, 14)
 _FISHEYE = ("k1", "k2", "k3", "k4")
 # What OpenCV's samples, ROS and scripts call the entries of a file.
 _MATRIX = ("camera_matrix", "Camera_Matrix", "cameraMatrix", "K", "k")
-_COEFFICIENTS = ("distortion_coefficients", "Distortion_Coefficients", "distCoeffs", "D", "d")
+_COEFFICIENTS = (
+    *("distortion_coefficients", "Distortion_Coefficients", "distCoeffs", "dist_coeffs"),
+    *("dist_coeff", "D", "d"),
+)
+# Entries besides that begin like coefficients.
+_NO_COEFFICIENTS = ("distortion_model",)
 _WIDTH = ("image_width", "image_Width", "imageWidth", "width")
 _HEIGHT = ("image_height", "image_Height", "imageHeight", "height")
 # Numbers of coefficients by ROS's model; those of OpenCV's fisheye have several names there.
@@ -50,6 +55,7 @@ class Calibration:
     skew : [px]
     distortion : None for a pinhole
     size : width and height [px]; None where the file does not tell
+    binning : pixels of the detector along a row and a column that make one of the image
     """
 
     focal_length: tuple[float, float]
@@ -57,6 +63,7 @@ class Calibration:
     skew: float
     distortion: Projection | None
     size: tuple[int, int] | None
+    binning: tuple[int, int] = (1, 1)
 
 
 def read_calibration(path: Path, camera: str | None = None) -> Calibration:
@@ -133,6 +140,13 @@ class _Entries:
             value = [one for row in value for one in row]
         return tuple(self.number(name, one) for one in value)
 
+    def count(self, name: str, lowest: int) -> int:
+        """A whole number; the lowest where none or a smaller one is given."""
+        value = self.number(name, self.table.get(name, "0"))
+        if value != int(value) or value < 0.0:
+            self.fail(name, f"must be a whole number of pixels, got {value:g}")
+        return max(int(value), lowest)
+
     def size(self, names: tuple[str, str], values: Sequence[float]) -> tuple[int, int]:
         for name, value in zip(names, values, strict=True):
             if value != int(value) or value < 1:
@@ -154,17 +168,55 @@ def _from_opencv(entries: _Entries) -> Calibration:
         entries.fail(name, f"must hold 9 numbers, got {len(matrix)}")
     fx, skew, cx, zero, fy, cy, *last = matrix
     if zero != 0.0 or last != [0.0, 0.0, 1.0]:
-        entries.fail(name, f"must be [fx, skew, cx, 0, fy, cy, 0, 0, 1], got {shown([*matrix])}")
+        entries.fail(name, f"must be [fx, skew, cx, 0, fy, cy, 0, 0, 1], got {_listed(matrix)}")
     size = None
     if any(name in table for name in (*_WIDTH, *_HEIGHT)):
         names = entries.named(_WIDTH), entries.named(_HEIGHT)
         size = entries.size(names, [entries.number(name, table[name]) for name in names])
-    return Calibration(
+    its = Calibration(
         focal_length=_positive(entries, name, fx, fy),
         principal_point=(cx + 0.5, cy + 0.5),
         skew=skew,
         distortion=_opencv_distortion(entries),
         size=size,
+    )
+    return _read_out(entries, its)
+
+
+def _read_out(entries: _Entries, its: Calibration) -> Calibration:
+    """What a camera of ROS reads out of the pixels that were calibrated: a window, binned.
+
+    As sensor_msgs/CameraInfo says, zeros stand for all pixels and for no binning, and the window
+    counts pixels before they are binned.
+    """
+    across, down = binning = entries.count("binning_x", 1), entries.count("binning_y", 1)
+    roi = entries.table.get("roi", {})
+    if not isinstance(roi, dict):
+        entries.fail("roi", f"must be a table, got {shown(roi)}")
+    window = _Entries(entries.where, at_key(entries.key, "roi"), roi)
+    left, top = window.count("x_offset", 0), window.count("y_offset", 0)
+    width, height = window.count("width", 0), window.count("height", 0)
+    size = its.size
+    if size is not None:
+        right, bottom = left + (width or size[0]), top + (height or size[1])
+        if right > size[0] or bottom > size[1]:
+            problem = (
+                f"ends at {right} x {bottom}, beyond the image of {size[0]} x {size[1]} pixels"
+            )
+            entries.fail("roi", problem)
+    if width and height:
+        size = width, height
+    if size is not None:
+        binned = size[0] // across, size[1] // down
+        size = entries.size(("binning_x", "binning_y"), binned)
+    (fx, fy), (cx, cy) = its.focal_length, its.principal_point
+    return replace(
+        its,
+        focal_length=(fx / across, fy / down),
+        principal_point=((cx - left) / across, (cy - top) / down),
+        skew=its.skew / across,
+        size=size,
+        binning=binning,
     )
 
 
@@ -176,12 +228,15 @@ def _opencv_distortion(entries: _Entries) -> Projection | None:
         fisheye = entries.number("fisheye_model", table["fisheye_model"]) != 0.0
     if "distortion_model" in table:
         model = entries.text("distortion_model")
+        if fisheye and model not in _FISHEYE_NAMES:
+            entries.fail("distortion_model", f"contradicts fisheye_model: got {shown(model)}")
         fisheye = model in _FISHEYE_NAMES
         if not fisheye and model not in ("", "none", *_PINHOLE_COUNTS):
             known = did_you_mean(model, [*_PINHOLE_COUNTS, *_FISHEYE_NAMES, "none"])
             entries.fail("distortion_model", f"is not read: {shown(model)}; {known}")
         counts = _PINHOLE_COUNTS.get(model, counts)
     if not any(name in table for name in _COEFFICIENTS):
+        _refuse_unread(entries)
         if fisheye:
             entries.fail(_COEFFICIENTS[0], "is missing")
         return None
@@ -198,6 +253,17 @@ def _opencv_distortion(entries: _Entries) -> Projection | None:
     if not all(abs(tilt) <= MAX_TILT for tilt in tilts):
         entries.fail(name, f"must end with tilts within +-{MAX_TILT:g} rad, got {shown([*tilts])}")
     return _pinhole(dict(zip(OPENCV, values, strict=False)))
+
+
+def _refuse_unread(entries: _Entries) -> None:
+    """A lens without coefficients is one that the file says nothing of, under any name."""
+    for name in entries.table:
+        if str(name).lower().startswith("dist") and name not in _NO_COEFFICIENTS:
+            entries.fail(str(name), f"is not read; {did_you_mean(str(name), _COEFFICIENTS)}")
+
+
+def _listed(values: Sequence[float]) -> str:
+    return f"[{', '.join(f'{value:g}' for value in values)}]"
 
 
 def _pinhole(values: Mapping[str, float]) -> Distortion | None:

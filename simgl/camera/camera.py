@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -49,6 +49,14 @@ class Camera:
     def __post_init__(self) -> None:
         for name in ("exposure_time", "readout_time", "transport_latency"):
             check_within(f'camera "{self.name}": {name}', getattr(self, name), 0.0)
+
+    def with_margin(self, pixels: int) -> Camera:
+        """The same camera with so many pixels more on each side of its image."""
+        if pixels == 0:
+            return self
+        d = self.detector
+        more = replace(d, width=d.width + 2 * pixels, height=d.height + 2 * pixels)
+        return replace(self, detector=more)
 
     @property
     def focal_length_px(self) -> float:

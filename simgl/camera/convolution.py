@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import lru_cache
+from math import ceil
 
 import numpy as np
 import scipy
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 
 from simgl.arrays import AnyArray, Array, Array32
 from simgl.camera.psf_kernel import PsfKernel, core_share
+from simgl.lru_cache import LruCache
 
 Spectrum = NDArray[np.complex64]
 
@@ -26,6 +28,9 @@ Spectrum = NDArray[np.complex64]
 CELL = 8
 # Planes, or threads of one transform, at a time. More than eight have too little to do each.
 WORKERS = min(max(len(os.sched_getaffinity(0)), 2), 8)
+# Parts of an edge that windows have, and of how many sizes of them the spectra of kernels stay.
+_PARTS = tuple(part * 0.5**halved for halved in range(10) for part in (1.0, 0.75))
+_WINDOWS = 4
 # Pixels that are worth a thread of their own beyond the second.
 _OF_THREAD = 1 << 17
 # Lines that are looked through at a time for the first that are lit.
@@ -82,7 +87,7 @@ class Convolver:
     executor : processes planes in parallel; None for one after the other
 
     Black surroundings cost nothing: what is transformed is a ``window`` around all light, of the
-    image's size or its halves, quarters and so on.
+    image's size or some ``_PARTS`` of it.
     """
 
     def __init__(
@@ -97,7 +102,7 @@ class Convolver:
         self._width, self._height = width, height
         self._map = map if executor is None else executor.map
         self._reach = kernels[0][0].reach
-        self._transfers: dict[tuple[int, int], dict[int, AnyArray]] = {}
+        self._transfers = LruCache[tuple[int, int], dict[int, AnyArray]](_WINDOWS)
         self._transfers_of((height, width))
         self._tails = mixing * np.array([kernel.tail for kernel in kernels[0]])
         self._coarse_padded = coarse_size((height, width))
@@ -109,8 +114,7 @@ class Convolver:
         kernels = {id(k): k.core.nbytes for zone in self._kernels for k in zone}
         spectra = self._transfers_of((self._height, self._width)).values()
         largest = sum(spectrum.nbytes for spectrum in spectra)
-        # Of halves of one edge or both, quarters and so on: (1 + 1/2 + 1/4 + ...)^2.
-        return sum(kernels.values()) + 4 * largest + self._tail_transfer.nbytes
+        return sum(kernels.values()) + _WINDOWS * largest + self._tail_transfer.nbytes
 
     def window(self, lit: Window) -> Window:
         """Of an image whose light is all in a window: what the cores bring light to."""
@@ -121,11 +125,10 @@ class Convolver:
         )
 
     def _within(self, lit: slice, size: int) -> slice:
-        """A range of an edge of ``size``, a half of it, a quarter and so on, around light."""
+        """A range of an edge of ``size``, or some part of it, around light."""
         needed = lit.stop - lit.start + 2 * self._reach
-        length = size
-        while -(-length // 2) >= needed:
-            length = -(-length // 2)
+        lengths = (ceil(part * size) for part in _PARTS)
+        length = min((one for one in lengths if one >= needed), default=size)
         first = min(max(lit.start - self._reach, 0), size - length)
         return slice(first, first + length)
 
@@ -199,15 +202,17 @@ class Convolver:
     def _transfers_of(self, shape: tuple[int, ...]) -> dict[int, AnyArray]:
         """Spectra of all cores for a window, by the identities of the kernels."""
         padded = self._padded(shape)
-        if padded not in self._transfers:
+        # There and back, transforms multiply by the number of pixels.
+        scale = 1.0 / (padded[0] * padded[1])
+
+        def made() -> dict[int, AnyArray]:
             distinct = {id(k): k for zone in self._kernels for k in zone}
-            # There and back, transforms multiply by the number of pixels.
-            scale = 1.0 / (padded[0] * padded[1])
-            self._transfers[padded] = {
+            return {
                 key: _transfer(scale * kernel.core, padded, np.float32)
                 for key, kernel in distinct.items()
             }
-        return self._transfers[padded]
+
+        return self._transfers.get(padded, made)
 
     def _convolve(
         self,

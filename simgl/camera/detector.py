@@ -236,6 +236,17 @@ class Detector:
         qe = self.quantum_efficiency
         return (qe, qe, qe, qe) if self.mosaic is None else self.mosaic.square
 
+    @property
+    def pixel_curves(self) -> tuple[ResponseCurve, ...]:
+        """Electrons per photon over wavelength of the pixels of a square, or of one of them where
+        they are alike; none where each band is even."""
+        if self.mosaic is None:
+            return () if self.curve is None else (self.curve,)
+        if self.mosaic.curves is None:
+            return ()
+        by_letter = dict(zip("RGB", self.mosaic.curves, strict=True))
+        return tuple(by_letter[letter] for letter in self.mosaic.order)
+
     def by_colour(self) -> tuple[ColourPixels, ...]:
         """Its pixels by colour filter; all pixels for a monochrome detector."""
         mosaic = self.mosaic

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 
 from simgl.arrays import Array
-from simgl.physics.spectrum import BANDS, Bands, planck_radiance
+from simgl.camera.spectral_response import ResponseCurve
+from simgl.physics.spectrum import BANDS, CHANNELS, Bands, planck_radiance
 
-# Gauss-Legendre nodes per band: the mean of the transfer function is accurate to 1e-6.
+# Nodes per band: the mean of the transfer function over one of 100 nm is accurate to 1e-6.
 _WAVELENGTHS = 5
+# Of a polynomial on half the width of a band: where it is smaller, all light is at its roots.
+_ONE_PLACE = 1e-6
 # Nodes over the common area of two shifted pupils: accurate to 1e-7 up to 40 waves of defocus.
 _PUPIL_NODES = 64
 
@@ -55,19 +58,57 @@ def _pupil_nodes() -> tuple[Array, Array]:
     return np.polynomial.legendre.leggauss(_PUPIL_NODES)
 
 
-def band_wavelengths(temperature: float, bands: Bands = BANDS) -> tuple[Array, Array]:
-    """Quadrature nodes: wavelengths (4, n) [m] and their fractions (4, n) of a band's photons.
+@lru_cache(maxsize=16)
+def band_wavelengths(
+    temperature: float, bands: Bands = BANDS, pixels: tuple[ResponseCurve, ...] = ()
+) -> tuple[Array, Array]:
+    """Quadrature nodes: wavelengths (4, n) [m] and their fractions (4, n) of a band's electrons.
 
-    Photons, not power, make electrons. Within a band a filter counts as even.
+    Gauss' rule for the photons that pass the filter of the bands and make electrons: exact for
+    polynomials of the degree 2 n - 1 in the wavelength, however the response varies in a band.
 
     temperature : of the black body that emits the light [K]
+    pixels : responses, whose sum counts; none where photons of all wavelengths count alike
     """
-    node, weight = np.polynomial.legendre.leggauss(_WAVELENGTHS)
-    edges = bands.channel_edges
-    middle, half = edges.mean(axis=1, keepdims=True), 0.5 * np.diff(edges, axis=1)
-    wavelengths = middle + half * node
-    photons = weight * wavelengths * planck_radiance(wavelengths, temperature)
-    return wavelengths, photons / photons.sum(axis=1, keepdims=True)
+    rules = []
+    for index in range(len(bands.edges)):
+        wavelength = bands.steps(index)
+        photons = wavelength * planck_radiance(wavelength, temperature)
+        photons = photons * bands.transmission(wavelength)
+        electrons = photons * sum((pixel.at(wavelength) for pixel in pixels), np.zeros(1))
+        rules.append(_gauss_rule(wavelength, electrons if electrons.any() else photons))
+    rules += rules[-1:] * (CHANNELS - len(rules))
+    nodes, shares = (np.stack(each) for each in zip(*rules, strict=True))
+    nodes.flags.writeable = shares.flags.writeable = False
+    return nodes, shares
+
+
+def _gauss_rule(places: Array, weights: Array) -> tuple[Array, Array]:
+    """(n,) nodes and (n,) fractions of a sum over weighted places.
+
+    By the recurrence of their orthogonal polynomials (Stieltjes), whose matrix has the nodes as
+    eigenvalues (Golub and Welsch 1969).
+    """
+    middle, half = 0.5 * (places[0] + places[-1]), 0.5 * (places[-1] - places[0])
+    x = (places - middle) / half
+    share = weights / weights.sum()
+    before, now = np.zeros_like(x), np.ones_like(x)
+    diagonal, off_diagonal = [], [0.0]
+    for _ in range(_WAVELENGTHS):
+        diagonal.append(float(np.sum(share * x * now * now)))
+        following = (x - diagonal[-1]) * now - off_diagonal[-1] * before
+        off_diagonal.append(float(np.sqrt(np.sum(share * following**2))))
+        if off_diagonal[-1] < _ONE_PLACE:
+            break
+        before, now = now, following / off_diagonal[-1]
+    matrix = np.diag(diagonal) + np.diag(off_diagonal[1 : len(diagonal)], 1)
+    nodes, vectors = np.linalg.eigh(matrix + np.triu(matrix, 1).T)
+    # Of so few places, the last one stands for those that are missing.
+    missing = _WAVELENGTHS - len(nodes)
+    return (
+        np.pad(middle + half * nodes, (0, missing), mode="edge"),
+        np.pad(vectors[0] ** 2, (0, missing)),
+    )
 
 
 def airy_tail(wavelength: float, f_number: float, pitch: float) -> float:

@@ -21,7 +21,8 @@ from simgl.errors import ConfigError
 class Ghost:
     """Ghost of a distant source.
 
-    lever : position of its centre per tangent of the source's off-axis angle [m]
+    lever : position of its centre per tangent of the source's off-axis angle [m]; over the focal
+        length, per distance of the direct image
     spread : radius of its disc over the radius of the pupil
     share : its light relative to that of the direct image
     """

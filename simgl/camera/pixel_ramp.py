@@ -38,7 +38,8 @@ def pixel_ramps(camera: Camera) -> Ramps:
         return SHARP
     if not spread.diffraction and all(zone.blur.aberration == 0.0 for zone in spread.zones):
         return SHARP
-    key = (camera.lens, camera.detector.pixel_pitch, camera.detector.bands)
+    d = camera.detector
+    key = camera.lens, d.pixel_pitch, d.bands, d.pixel_curves
     return _ramps.get(key, lambda: _closest(camera))
 
 

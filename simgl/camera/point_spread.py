@@ -125,6 +125,7 @@ class Spread:
     """Point spread, veiling glare and ghosts of one lens, on pixels softened by ``pixel_ramps``.
 
     weights : (results, 4) of the bands; by default the bands themselves
+    margin : pixels around the image of the camera that planes and results have, too
     executor : processes planes in parallel; None for one after the other
 
     mixture : (planes, 4) weights of the bands in the planes that ``apply`` takes, non-negative
@@ -134,9 +135,14 @@ class Spread:
     """
 
     def __init__(
-        self, camera: Camera, weights: Array | None = None, executor: Executor | None = None
+        self,
+        camera: Camera,
+        weights: Array | None = None,
+        executor: Executor | None = None,
+        margin: int = 0,
     ) -> None:
-        self._camera = camera
+        self._half_diagonal = 0.5 * float(np.hypot(camera.detector.width, camera.detector.height))
+        self._camera = camera = camera.with_margin(margin)
         self._map = map if executor is None else executor.map
         self._outcome = np.eye(4) if weights is None else weights
         d = camera.detector
@@ -153,7 +159,9 @@ class Spread:
             kernels = [list(_pair(row, shares, single * light)) for row in zones]
         else:
             self.mixture, self.mixing = np.eye(4), self._outcome
-        self.zones: list[Array32 | None] = [None] if zones is None else _zone_weights(camera)
+        self.zones: list[Array32 | None] = [None]
+        if zones is not None:
+            self.zones = _zone_weights(camera, self._half_diagonal)
         self._convolver = None
         if zones is not None:
             self._convolver = Convolver(kernels, self.mixing, d.width, d.height, executor)
@@ -249,8 +257,7 @@ class Spread:
         """What has to be known of an image to tell the Sun's ghosts; None if it makes none."""
         if not self._makes_ghosts(sun):
             return None
-        tangent, radius = self._image_of(sun)
-        row, column, _ = self._pixels_of_sun(tangent, radius)
+        row, column, _ = self._pixels_of_sun(*self._image_of(sun))
         rows, columns = (
             slice(int(of[0]), int(of[-1]) + 1) if of.size else slice(0, 0) for of in (row, column)
         )
@@ -267,17 +274,16 @@ class Spread:
         return tuple(disc for disc in discs if disc not in soft)
 
     def _image_of(self, sun: SunInCamera) -> tuple[Array, float]:
-        """Tangents of the Sun's direction, and its radius [pixels]."""
+        """Column and row of the Sun's image, NaN where the lens sees none, and its radius [px]."""
         radius = float(np.tan(sun.angular_radius)) * self._camera.focal_length_px
-        return sun.direction[:2] / sun.direction[2], radius
+        return self._camera.project(sun.direction), radius
 
     def _makes_ghosts(self, sun: SunInCamera) -> bool:
-        if not self._ghosts or sun.direction[2] <= 0.0:
+        if not self._ghosts:
             return False
-        camera, d = self._camera, self._camera.detector
-        tangent, radius = self._image_of(sun)
-        off_axis = float(np.linalg.norm(tangent)) * camera.focal_length_px
-        return off_axis <= 0.5 * float(np.hypot(d.width, d.height)) + radius
+        d, (place, radius) = self._camera.detector, self._image_of(sun)
+        off_centre = float(np.linalg.norm(place - 0.5 * np.array([d.width, d.height])))
+        return off_centre <= self._half_diagonal + radius
 
     def _discs(
         self, window: Window, planes: Sequence[Array32], sun: SunInCamera
@@ -288,35 +294,38 @@ class Spread:
         """
         if not self._makes_ghosts(sun):
             return []
-        camera, d, lens = self._camera, self._camera.detector, self._camera.lens
-        tangent, radius = self._image_of(sun)
-        pupil = 0.5 * lens.focal_length / lens.f_number
-        collected = (
-            sun.irradiance * sun.direction[2] * np.pi * pupil**2 * np.array(lens.transmission)
-        )
-        direct = self._outcome @ collected / d.pixel_pitch**2
-        direct *= self._visible_share(window, planes, tangent, radius)
-        middle = camera.intrinsics[:2, 2]
+        camera, lens, pitch = self._camera, self._camera.lens, self._camera.detector.pixel_pitch
+        turns, focal_length = False, lens.focal_length
+        if lens.distortion is not None:
+            turns, focal_length = lens.distortion.pupil_turns, focal_length * lens.distortion.scale
+        pupil = 0.5 * focal_length / lens.f_number
+        collected = sun.irradiance * irradiance_per_radiance(camera) * focal_length**2
+        place, radius = self._image_of(sun)
+        direct = self._outcome @ collected / pitch**2
+        direct *= self._visible_share(window, planes, place, radius)
+        # A pupil that faces the boresight is foreshortened.
+        direct *= 1.0 if turns else sun.direction[2]
+        middle = np.array(camera.principal_point)
         discs = []
         for ghost in self._ghosts:
-            x, y = middle + ghost.lever * tangent / d.pixel_pitch
+            x, y = middle + ghost.lever / lens.focal_length * (place - middle)
             discs.append(
                 GhostDisc(
                     x=float(x),
                     y=float(y),
                     # No disc is smaller than a pixel.
-                    pupil=max(ghost.spread * pupil / d.pixel_pitch, 0.6),
-                    sun=max(abs(ghost.lever) * sun.angular_radius / d.pixel_pitch, 0.6),
+                    pupil=max(ghost.spread * pupil / pitch, 0.6),
+                    sun=max(abs(ghost.lever) * sun.angular_radius / pitch, 0.6),
                     power=ghost.share * direct,
                 )
             )
         return discs
 
     def _visible_share(
-        self, window: Window, planes: Sequence[Array32], tangent: Array, radius: float
+        self, window: Window, planes: Sequence[Array32], place: Array, radius: float
     ) -> float:
         """Fraction of the Sun's pixels that no spacecraft covers; 1 if it has none in the image."""
-        row, column, inside = self._pixels_of_sun(tangent, radius)
+        row, column, inside = self._pixels_of_sun(place, radius)
         if not inside.any():
             return 1.0
         # Outside the window all is black.
@@ -329,26 +338,23 @@ class Spread:
         bright = [plane[part][seen] > lim for plane, lim in zip(planes, self.limits, strict=True)]
         return float(np.any(bright, axis=0).sum() / inside.sum())
 
-    def _pixels_of_sun(self, tangent: Array, radius: float) -> tuple[IndexArray, IndexArray, Mask]:
+    def _pixels_of_sun(self, place: Array, radius: float) -> tuple[IndexArray, IndexArray, Mask]:
         """Rows and columns around the Sun's image, and which of their pixels are in it."""
-        d = self._camera.detector
-        x, y = self._camera.project(np.array([*tangent, 1.0]))
-        none = np.zeros(0, dtype=np.intp)
-        if np.isnan(x):
-            return none, none, np.zeros((0, 0), dtype=np.bool_)
+        d, (x, y) = self._camera.detector, place
         reach = max(0.9 * radius, 0.75)
         row = np.arange(max(int(y - reach), 0), min(int(y + reach) + 1, d.height))
         column = np.arange(max(int(x - reach), 0), min(int(x + reach) + 1, d.width))
         return row, column, np.hypot((row + 0.5 - y)[:, None], column + 0.5 - x) <= reach
 
 
-def spread_key(camera: Camera, weights: Array | None) -> Hashable:
-    """Equal where a ``Spread`` is.
+def spread_key(camera: Camera, weights: Array | None, margin: int) -> Hashable:
+    """Equal where a ``Spread`` of these is.
 
     Neither exposure time nor electronics count: a control loop may set them for every image.
     """
     detector, summed = camera.detector, None if weights is None else weights.tobytes()
-    return camera.lens, camera.geometry, detector.pixel_pitch, detector.bands, summed
+    spectrum = detector.bands, detector.pixel_curves
+    return camera.lens, camera.geometry, margin, detector.pixel_pitch, spectrum, summed
 
 
 def has_spread(camera: Camera) -> bool:
@@ -378,14 +384,17 @@ def _zone_kernels(camera: Camera) -> list[list[PsfKernel]]:
     ]
 
 
-def _zone_weights(camera: Camera) -> list[Array32 | None]:
-    """(height, width) weight of each zone in each pixel; None for 1 everywhere."""
+def _zone_weights(camera: Camera, half_diagonal: float) -> list[Array32 | None]:
+    """(height, width) weight of each zone in each pixel; None for 1 everywhere.
+
+    half_diagonal : of the image [px]
+    """
     spread, d = camera.lens.spread, camera.detector
     assert spread is not None
     if len(spread.zones) == 1 or spread.image is not None:
         return [None]
     x, y = np.arange(d.width) + 0.5 - 0.5 * d.width, np.arange(d.height) + 0.5 - 0.5 * d.height
-    share = np.hypot(y[:, None], x) / (0.5 * np.hypot(d.width, d.height))
+    share = np.hypot(y[:, None], x) / half_diagonal
     nodes = np.array([zone.share for zone in spread.zones])
     return [np.interp(share, nodes, hat).astype(np.float32) for hat in np.eye(len(nodes))]
 

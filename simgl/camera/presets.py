@@ -76,8 +76,8 @@ def read_camera(
 
     curves = folder_of(path, base) if table.preset.endswith(".toml") else path.parent
     calibration = _calibration(where, table, base)
-    if calibration is not None and calibration.size is not None:
-        table = _with_size(where, table, calibration.size)
+    if calibration is not None:
+        table = _with_size(where, table, calibration)
     detector = read_detector(where, name, table, preset, path, sun_temperature, curves, bands)
     if thermal is not None:
         detector = thermal_pixels(thermal, bands, detector.serial)
@@ -134,9 +134,18 @@ def _calibration(where: str, table: CameraSettingsTable, base: Base) -> Calibrat
 
 
 def _with_size(
-    where: str, table: CameraSettingsTable, size: tuple[int, int]
+    where: str, table: CameraSettingsTable, calibration: Calibration
 ) -> CameraSettingsTable:
-    """The table with the image size of its calibration."""
+    """The table with the image size of its calibration, where that tells it."""
+    if calibration.binning != (1, 1) and table.pixel_pitch_um is None:
+        across, down = calibration.binning
+        problem = (
+            f"is missing; calibration is of pixels binned {across} x {down}, which get more light"
+        )
+        raise ConfigError(where, "pixel_pitch_um", problem)
+    size = calibration.size
+    if size is None:
+        return table
     for key, given, calibrated in zip(
         ("width_px", "height_px"), (table.width_px, table.height_px), size, strict=True
     ):

@@ -60,12 +60,12 @@ def lens_transfer(camera: Camera, blur: Blur, band: int, frequency: Array) -> Ar
 
     frequency : [cycles per pixel]
 
-    Diffraction with defocus, averaged over the photons of sunlight in the band, times a Gaussian.
+    Diffraction with defocus, averaged over the electrons of sunlight in the band, times a Gaussian.
     """
     lens, pitch = camera.lens, camera.detector.pixel_pitch
     transfer = np.exp(-2.0 * (np.pi * blur.aberration / pitch * frequency) ** 2)
     if lens.spread is not None and lens.spread.diffraction:
-        wavelengths, shares = band_wavelengths(SOLAR_TEMPERATURE, camera.detector.bands)
+        wavelengths, shares = _wavelengths(camera)
         wave = np.zeros_like(transfer)
         for wavelength, share in zip(wavelengths[band], shares[band], strict=True):
             # Path difference at the edge of the pupil: dz / (8 N^2).
@@ -86,7 +86,7 @@ def lens_reach(camera: Camera, blur: Blur) -> int:
     radius = (4.0 * blur.aberration + 0.5 * abs(blur.defocus) / lens.f_number) / pitch
     if lens.spread.diffraction:
         # The tail's formula holds from about the twentieth dark ring on.
-        radius += 20.0 * _mean_wavelength(camera, 1) * lens.f_number / pitch
+        radius += 20.0 * mean_wavelength(camera, 1) * lens.f_number / pitch
     reach = SMALLEST_REACH
     while reach < 2.0 * radius:
         reach *= 2
@@ -107,7 +107,7 @@ def lens_kernel(camera: Camera, blur: Blur, band: int, reach: int, ramp: float =
     assert lens.spread is not None
     tail = 0.0
     if lens.spread.diffraction:
-        tail = airy_tail(_mean_wavelength(camera, band), lens.f_number, pitch)
+        tail = airy_tail(mean_wavelength(camera, band), lens.f_number, pitch)
     if not lens.spread.diffraction and blur == Blur():
         point = np.zeros((2 * reach + 1, 2 * reach + 1))
         point[reach, reach] = 1.0
@@ -127,8 +127,13 @@ def lens_kernel(camera: Camera, blur: Blur, band: int, reach: int, ramp: float =
     return PsfKernel(core, tail)
 
 
-def _mean_wavelength(camera: Camera, band: int) -> float:
-    wavelengths, shares = band_wavelengths(SOLAR_TEMPERATURE, camera.detector.bands)
+def _wavelengths(camera: Camera) -> tuple[Array, Array]:
+    return band_wavelengths(SOLAR_TEMPERATURE, camera.detector.bands, camera.detector.pixel_curves)
+
+
+def mean_wavelength(camera: Camera, band: int) -> float:
+    """Of the light that makes electrons in a band [m]."""
+    wavelengths, shares = _wavelengths(camera)
     return float(np.sum(wavelengths[band] * shares[band]))
 
 
@@ -186,7 +191,7 @@ def _mixed(camera: Camera, blur: Blur, band: int, size: int) -> Array:
     lens, pitch = camera.lens, camera.detector.pixel_pitch
     first = last = np.inf
     if lens.spread is not None and lens.spread.diffraction:
-        wavelengths, _ = band_wavelengths(SOLAR_TEMPERATURE, camera.detector.bands)
+        wavelengths, _ = _wavelengths(camera)
         first, last = (
             pitch / (float(end(wavelengths[band])) * lens.f_number) for end in (np.max, np.min)
         )

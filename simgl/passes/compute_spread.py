@@ -37,6 +37,7 @@ _NOTHING_BRIGHT = np.array([2**31 - 1, 2**31 - 1, -1, -1], dtype=np.int32)
 class _Lens:
     """What is computed once for a lens.
 
+    margin : pixels around the image that the radiance has, too
     sums : (planes, 4) of the bands of the radiance
     relative_illumination : (height, width) what it leaves off its axis
     spectra : of its kernels, which are on the GPU too
@@ -46,6 +47,7 @@ class _Lens:
     """
 
     spread: Spread
+    margin: int
     sums: Array
     relative_illumination: Array32
     spectra: SpreadSpectra
@@ -91,7 +93,7 @@ class ComputeSpreadPass:
         self, camera: Camera, sun: SunInCamera | None, radiance: ImageTarget, target: ImageTarget
     ) -> None:
         """Fill an RGBA32F target with the irradiance of each band [W m-2]."""
-        lens = self._lens(camera, None)
+        lens = self._lens(camera, None, radiance)
         self._compose(lens, radiance, sun, target, factor=1.0)
 
     def electrons(
@@ -112,19 +114,21 @@ class ComputeSpreadPass:
         lit_area : makes no difference here: dark pixels take a GPU no time
         """
         weights, filters = np.unique(square, axis=0, return_inverse=True)
-        lens, factor = self._lens(camera, weights), camera.exposure_time
+        lens, factor = self._lens(camera, weights, radiance), camera.exposure_time
         self._compose(lens, radiance, sun, target, factor=factor, filters=filters, adds=adds)
 
-    def _lens(self, camera: Camera, weights: Array | None) -> _Lens:
+    def _lens(self, camera: Camera, weights: Array | None, radiance: ImageTarget) -> _Lens:
+        margin = (radiance.size[0] - camera.detector.width) // 2
         return self._lenses.get(
-            spread_key(camera, weights),
-            lambda: self._made(camera, weights),
+            spread_key(camera, weights, margin),
+            lambda: self._made(camera, weights, margin),
             lambda lens: lens.nbytes,
         )
 
-    def _made(self, camera: Camera, weights: Array | None) -> _Lens:
-        spread = Spread(camera, weights)
-        spectra, relative = spread.spectra(), relative_illumination(camera)
+    def _made(self, camera: Camera, weights: Array | None, margin: int) -> _Lens:
+        spread = Spread(camera, weights, None, margin)
+        spectra = spread.spectra()
+        relative = relative_illumination(camera.with_margin(margin))
         sums = spread.mixture * irradiance_per_radiance(camera)
         planes = np.zeros(len(sums), dtype=_PLANE)
         planes["weights"] = sums
@@ -134,6 +138,7 @@ class ComputeSpreadPass:
         shares[:, : len(spread.mixing)] = spread.mixing.T
         return _Lens(
             spread=spread,
+            margin=margin,
             sums=sums,
             relative_illumination=relative,
             spectra=spectra,
@@ -163,7 +168,7 @@ class ComputeSpreadPass:
         # Meanwhile the GPU transforms.
         besides = self._besides(lens, radiance, sun)
         buffers, defines = [near.values, far.values], {"CELL": CELL}
-        names, given = ["image", "near_size", "far_size", "near_share", "factor"], {}
+        names, given = ["image", "margin", "near_size", "far_size", "near_share", "factor"], {}
         if filters is not None:
             defines["MOSAIC"] = 1
             given = {"results": tuple(filters.ravel().tolist()), "adds": int(adds)}
@@ -176,6 +181,7 @@ class ComputeSpreadPass:
             (*target.textures[0].size, 1),
             buffers,
             image=radiance.size,
+            margin=lens.margin,
             near_size=near.columns_and_rows,
             far_size=far.columns_and_rows,
             near_share=lens.spectra.near_share,

@@ -40,8 +40,16 @@ class _Lens:
         return self.spread.nbytes + self.relative_illumination.nbytes
 
 
+def margin_around(camera: Camera, radiance: ImageTarget) -> int:
+    """Pixels on each side that a radiance has beyond the image."""
+    return (radiance.size[0] - camera.detector.width) // 2
+
+
 class SpreadPass:
-    """A lens that spreads light: the irradiance of its image plane, or the electrons it makes."""
+    """A lens that spreads light: the irradiance of its image plane, or the electrons it makes.
+
+    Radiances may have a margin around the image, for light that a lens brings in from there.
+    """
 
     def __init__(self) -> None:
         self._executor = ThreadPoolExecutor(WORKERS, thread_name_prefix="simgl-convolution")
@@ -53,8 +61,8 @@ class SpreadPass:
         self, camera: Camera, sun: SunInCamera | None, radiance: ImageTarget, target: ImageTarget
     ) -> None:
         """Fill an RGBA32F target with the irradiance of each band [W m-2]."""
-        spread = self._apply(camera, None, sun, radiance)
-        bands = np.stack([spread.image(band) for band in range(4)], axis=-1)
+        spread, image = self._apply(camera, None, sun, radiance)
+        bands = np.stack([spread.image(band)[image] for band in range(4)], axis=-1)
         target.textures[0].write(bands.data)
 
     def electrons(
@@ -75,8 +83,8 @@ class SpreadPass:
         lit_area : outside which the radiance is 0; None where nothing is known of it
         """
         weights, filters = np.unique(square, axis=0, return_inverse=True)
-        electrons = self._apply(camera, weights, sun, radiance, lit_area).mosaic(filters)
-        electrons *= np.float32(camera.exposure_time)
+        spread, image = self._apply(camera, weights, sun, radiance, lit_area)
+        electrons = spread.mosaic(filters)[image] * np.float32(camera.exposure_time)
         if adds:
             electrons += target.read()
         target.write(electrons)
@@ -92,12 +100,16 @@ class SpreadPass:
         sun: SunInCamera | None,
         radiance: ImageTarget,
         lit_area: Area | None = None,
-    ) -> SpreadLight:
-        def made() -> _Lens:
-            spread = Spread(camera, weights, self._executor)
-            return _Lens(spread=spread, relative_illumination=relative_illumination(camera))
+    ) -> tuple[SpreadLight, tuple[slice, slice]]:
+        """All of the spread radiance, and where the image is in it."""
+        d, margin = camera.detector, margin_around(camera, radiance)
 
-        lens = self._lenses.get(spread_key(camera, weights), made, lambda lens: lens.nbytes)
+        def made() -> _Lens:
+            spread = Spread(camera, weights, self._executor, margin)
+            relative = relative_illumination(camera.with_margin(margin))
+            return _Lens(spread=spread, relative_illumination=relative)
+
+        lens = self._lenses.get(spread_key(camera, weights, margin), made, lambda lens: lens.nbytes)
         window, seen = self._window_read(lens.spread, radiance, lit_area)
         sums = (lens.spread.mixture * irradiance_per_radiance(camera)).astype(np.float32)
         planes = np.empty((len(sums), *window.shape), dtype=np.float32)
@@ -114,7 +126,8 @@ class SpreadPass:
         ends = np.linspace(0, window.shape[0], parts + 1).astype(int).tolist()
         for _ in self._executor.map(fill, map(slice, ends[:-1], ends[1:])):
             pass
-        return lens.spread.within(window, list(planes), sun)
+        image = slice(margin, margin + d.height), slice(margin, margin + d.width)
+        return lens.spread.within(window, list(planes), sun), image
 
     def _window_read(
         self, spread: Spread, radiance: ImageTarget, lit_area: Area | None

@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 
+from simgl.camera.image_margin import image_margin
 from simgl.camera.pixel_ramp import pixel_ramps
 from simgl.errors import SimglError
 from simgl.progress import ProgressCallback
 from simgl.rendering.camera_pipeline import CameraPipeline
 from simgl.rendering.renderer import Renderer
+from simgl.rendering.still_scene import with_settings
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState
 from simgl.view.frame_view import FrameView, frame_view
@@ -38,15 +40,16 @@ def _draw_unseen(renderer: Renderer, pipeline: CameraPipeline, scenario: Scenari
     if camera is None:
         return
     state = scenario.at(scenario.epoch_tai_ns)
+    seen_by = state.cameras[camera].camera
+    state = with_settings(state, seen_by.with_margin(image_margin(seen_by)))
     try:
         view = _dark_view(renderer, scenario, state, camera)
     except SimglError:
         # Whoever asks for that image is told.
         return
-    radiance = renderer.radiance(replace(view, ramps=pixel_ramps(view.camera)))
-    photons = state.sun.photons_per_joule
-    electrons = pipeline.electrons_through(view.camera, photons, radiance)
-    pipeline.digital(view.camera, state.tai_ns, scenario.seed, electrons)
+    radiance = renderer.radiance(replace(view, ramps=pixel_ramps(seen_by)))
+    electrons = pipeline.electrons_through(seen_by, state.sun.photons_per_joule, radiance)
+    pipeline.digital(seen_by, state.tai_ns, scenario.seed, electrons)
 
 
 def _dark_view(renderer: Renderer, scenario: Scenario, state: SceneState, camera: str) -> FrameView:

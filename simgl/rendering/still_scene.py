@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import cache
 
 from simgl.camera.camera import Camera
+from simgl.camera.image_margin import image_margin
 from simgl.camera.pixel_ramp import SHARP, Ramps, pixel_ramps
 from simgl.camera.point_spread import SunInCamera, has_spread
 from simgl.gpu.render_targets import ImageTarget
@@ -18,28 +19,35 @@ from simgl.view.exposure_views import MovingViews
 from simgl.view.frame_view import FrameView
 
 
+def with_settings(state: SceneState, camera: Camera) -> SceneState:
+    """A state in which the camera of that name has other settings."""
+    placed = replace(state.cameras[camera.name], camera=camera)
+    return replace(state, cameras={**state.cameras, camera.name: placed})
+
+
 @dataclass(eq=False)
 class StillScene:
     """The scene as one camera sees it at one instant.
 
-    make_view : what the camera draws, made at the first call and kept
-    moving : over its exposure instead; None for the instant
+    make_view : what the camera draws with so many pixels around its image, made at the first call
+        and kept
+    moving : over its exposure instead, drawn with the margin of ``softened``; None for the instant
     """
 
     renderer: Renderer
     state: SceneState
-    make_view: Callable[[], FrameView]
+    make_view: Callable[[int], FrameView]
     info: FrameInfo
     moving: MovingViews | None = None
     # With the lamps as a detector responds to them: the last, whose radiance is still valid.
     lit: dict[bytes, StillScene] = field(default_factory=dict)
-    # The radiance by the widths of its ramps [px].
-    drawn: dict[Ramps, ImageTarget] = field(default_factory=dict)
+    # The radiance by the widths of its ramps and the margin around the image [px].
+    drawn: dict[tuple[Ramps, int], ImageTarget] = field(default_factory=dict)
 
     @property
     def view(self) -> FrameView:
         """What the camera draws; raises ConfigError where it stands inside a body or the Earth."""
-        return self.make_view()
+        return self.make_view(0)
 
     @property
     def camera(self) -> Camera:
@@ -53,27 +61,28 @@ class StillScene:
 
     @property
     def softened(self) -> ImageTarget:
-        """The radiance with the ramps between pixels that the camera's point spread takes; valid as
-        ``radiance`` is."""
-        return self._with_ramps(pixel_ramps(self.camera))
+        """The radiance with the ramps between pixels that the camera's point spread takes, and with
+        the ``image_margin`` from which it brings light; valid as ``radiance`` is."""
+        return self._with_ramps(pixel_ramps(self.camera), image_margin(self.camera))
 
-    def _with_ramps(self, ramps: Ramps) -> ImageTarget:
-        if ramps not in self.drawn:
-            self.drawn[ramps] = self._render(ramps)
-        return self.drawn[ramps]
+    def _with_ramps(self, ramps: Ramps, margin: int = 0) -> ImageTarget:
+        if (ramps, margin) not in self.drawn:
+            self.drawn[ramps, margin] = self._render(ramps, margin)
+        return self.drawn[ramps, margin]
 
-    def _render(self, ramps: Ramps) -> ImageTarget:
+    def _render(self, ramps: Ramps, margin: int) -> ImageTarget:
         if self.moving is None:
-            return self.renderer.radiance(replace(self.view, ramps=ramps))
+            return self.renderer.radiance(replace(self.make_view(margin), ramps=ramps))
         return self.renderer.radiance_during(replace(self.moving, ramps=ramps))
 
     @property
     def lit_area(self) -> tuple[int, int, int, int]:
         """x, y, width, height of the pixels of ``softened`` that are not black for sure."""
-        camera = self.camera
+        camera, margin = self.camera, image_margin(self.camera)
         if self.moving is not None:
-            return 0, 0, camera.detector.width, camera.detector.height
-        return replace(self.view, ramps=pixel_ramps(camera)).lit_area
+            d = camera.with_margin(margin).detector
+            return 0, 0, d.width, d.height
+        return replace(self.make_view(margin), ramps=pixel_ramps(camera)).lit_area
 
     @property
     def sun(self) -> SunInCamera | None:
@@ -99,11 +108,12 @@ class StillScene:
 
     def with_camera(self, camera: Camera, draw: int) -> StillScene:
         """The same scene and radiance with other settings of the camera and another draw."""
-        placed = replace(self.state.cameras[camera.name], camera=camera)
         return StillScene(
             renderer=self.renderer,
-            state=replace(self.state, cameras={**self.state.cameras, camera.name: placed}),
-            make_view=cache(lambda: replace(self.view, camera=camera)),
+            state=with_settings(self.state, camera),
+            make_view=cache(
+                lambda margin: replace(self.make_view(margin), camera=camera.with_margin(margin))
+            ),
             info=replace(self.info, camera=camera, draw=draw),
             lit=self.lit,
             drawn=self.drawn,

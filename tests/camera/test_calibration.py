@@ -135,6 +135,55 @@ def test_a_message_of_ros_is_read(tmp_path: Path) -> None:
     assert its.distortion == Distortion(k1=0.1, k2=-0.02, p1=0.001, k4=0.3, k6=1e-05)
 
 
+def camera_info(binning: tuple[int, int], roi: tuple[int, int, int, int]) -> str:
+    """A message of ROS; roi: left, top, width and height."""
+    left, top, width, height = roi
+    return (
+        "height: 480\nwidth: 640\ndistortion_model: plumb_bob\nd: [0.1, 0.0, 0.0, 0.0, 0.0]\n"
+        "k: [500.0, 3.0, 319.5, 0.0, 510.0, 239.5, 0.0, 0.0, 1.0]\n"
+        f"binning_x: {binning[0]}\nbinning_y: {binning[1]}\nroi:\n  x_offset: {left}\n"
+        f"  y_offset: {top}\n  height: {height}\n  width: {width}\n  do_rectify: false\n"
+    )
+
+
+@pytest.mark.parametrize("binning", [(0, 0), (1, 1), (2, 2), (4, 2)])
+@pytest.mark.parametrize("roi", [(0, 0, 0, 0), (100, 52, 320, 200)])
+def test_a_window_and_binned_pixels_of_ros_see_what_those_of_the_detector_see(
+    binning: tuple[int, int], roi: tuple[int, int, int, int], tmp_path: Path
+) -> None:
+    """The place of a point on the detector, less the window's corner, over the binning."""
+    written(tmp_path, camera_info((1, 1), (0, 0, 0, 0)))
+    whole = placed(tmp_path, calibration="calibration.yaml", pixel_pitch_um=5.0)
+    written(tmp_path, camera_info(binning, roi))
+    across, down = (max(one, 1) for one in binning)
+    pitch = 5.0 * across
+    seen = placed(tmp_path, calibration="calibration.yaml", pixel_pitch_um=pitch)
+    left, top, width, height = roi if roi[2] else (0, 0, 640, 480)
+    assert (seen.detector.width, seen.detector.height) == (width // across, height // down)
+    rays = np.random.default_rng(7).uniform(-0.4, 0.4, (100, 3))
+    rays[:, 2] += 1.0
+    expected = (whole.project(rays) - (left, top)) / (across, down)
+    np.testing.assert_allclose(seen.project(rays), expected, atol=1e-9)
+    # The lens stays as long.
+    assert seen.lens.focal_length == pytest.approx(whole.lens.focal_length, rel=1e-12)
+
+
+def test_binned_pixels_need_a_pitch_of_their_own(tmp_path: Path) -> None:
+    written(tmp_path, camera_info((2, 2), (0, 0, 0, 0)))
+    with pytest.raises(ConfigError, match=r"pixel_pitch_um is missing; calibration is of pixels b"):
+        placed(tmp_path, calibration="calibration.yaml")
+
+
+@pytest.mark.parametrize("name", ["dist_coeff", "dist_coeffs", "distCoeffs", "D"])
+def test_coefficients_are_read_under_the_names_that_scripts_give_them(
+    name: str, tmp_path: Path
+) -> None:
+    text = (
+        f"camera_matrix: [[500, 0, 320], [0, 500, 240], [0, 0, 1]]\n{name}: [[0.1, 0.2, 0, 0, 0]]\n"
+    )
+    assert read_calibration(written(tmp_path, text)).distortion == Distortion(k1=0.1, k2=0.2)
+
+
 def test_a_file_of_kalibr_is_read(tmp_path: Path) -> None:
     path = written(tmp_path, KALIBR)
     its = read_calibration(path, "cam0")
@@ -342,6 +391,34 @@ DAMAGES: list[tuple[str, str, str, str]] = [
         ": is not valid YAML: found unconstructable recursive node",
     ),
     (OPENCV, "flags: 6", f"flags: {'6' * (1 << 19)}", ": is too long, "),
+    (
+        OPENCV,
+        "0., 0., 1. ]",
+        "0., 0., 2. ]",
+        ": camera_matrix must be [fx, skew, cx, 0, fy, cy, "
+        "0, 0, 1], got [535.916, 0, 342.283, 0, 534.916, 235.571, 0, 0, 2]",
+    ),
+    (
+        OPENCV,
+        "distortion_coefficients:",
+        "distortion_parameters:",
+        ': distortion_parameters is not read; did you mean "distortion_coefficients"? (allowed: ',
+    ),
+    (
+        OPENCV,
+        "flags: 6",
+        "roi: {x_offset: 600, width: 100, height: 480}",
+        ": roi ends at 700 x 480, beyond the image of 640 x 480 pixels",
+    ),
+    (OPENCV, "flags: 6", "binning_x: 0.5", ": binning_x must be a whole number of pixels, got 0.5"),
+    (OPENCV, "flags: 6", "binning_x: 1000", ": binning_x must be a whole number of pixels, got 0"),
+    (OPENCV, "flags: 6", "roi: 5", ': roi must be a table, got "5"'),
+    (
+        OPENCV,
+        "flags: 6",
+        "fisheye_model: 1\ndistortion_model: plumb_bob",
+        ": distortion_model contradicts fisheye_model",
+    ),
     (ROS, "plumb_bob", "plump_bob", ': distortion_model is not read: "plump_bob"; did'),
     (
         ROS,

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 import scipy
 
+from simgl.camera.convolution import Window
 from simgl.camera.ghosts import common_area, ghosts
 from simgl.camera.lens import Blur, LensSurface, PointSpread, Zone
 from simgl.camera.pixel_ramp import pixel_ramps
 from simgl.camera.point_spread import Spread, SunInCamera
+from simgl.camera.projections import Distortion, DoubleSphere, Fisheye
 from simgl.physics.constants import SOLAR_CONSTANT, SOLAR_TEMPERATURE
 from simgl.physics.spectrum import black_body_light
 from tests.camera.cameras import DIFFRACTION, camera
@@ -248,6 +251,48 @@ def test_ghosts_hold_the_products_of_the_reflectances(spread: Spreading, coating
     np.testing.assert_allclose(
         after - before, coating**2 * direct, rtol=0.02, atol=1e-7 * before.max()
     )
+
+
+GHOST_LENSES: dict[str, dict[str, Any]] = {
+    # The Sun 1390 px off the boresight, and 400 px off the middle of the image.
+    "boresight beyond the image": {"principal_offset": (-1000 * 3.75e-6, 0.0)},
+    "fisheye": {"distortion": Fisheye(k1=0.02)},
+    "double sphere": {"distortion": DoubleSphere(xi=0.4, alpha=0.6)},
+    "barrel": {"distortion": Distortion(k1=-0.12)},
+    "unequal focal lengths": {"aspect": 1.3, "skew": 0.1},
+    "thin lens": {"camera_equation": "1+4N2"},
+}
+
+
+@pytest.mark.parametrize("name", GHOST_LENSES)
+def test_ghosts_lie_on_the_line_through_the_boresight_and_the_image_of_the_sun(name: str) -> None:
+    """Of any lens that images the Sun within its image: at the multiple of its distance that
+    Gaussian optics say, with the share of its light."""
+    focal_length = 3e-3
+    cam = camera(1024, 768, surfaces=TRIPLET_LIKE, focal_length=focal_length, f_number=20.0)
+    lens = replace(cam.lens, **GHOST_LENSES[name])
+    cam = replace(cam, lens=lens)
+    wanted = np.array([900.0, 300.0])
+    ray = cam.rays(wanted)
+    sun = SunInCamera(direction=ray / np.linalg.norm(ray), irradiance=LIGHT, angular_radius=4.65e-3)
+    rows, columns = np.mgrid[0:768, 0:1024] + 0.5
+    # The Sun's own disc, behind which no spacecraft stands.
+    disc = np.where(np.hypot(columns - wanted[0], rows - wanted[1]) < 8.0, 200.0, 0.0)
+    planes = [disc.astype(np.float32)] * 4
+    found = Spread(cam).within(Window.full((768, 1024)), planes, sun)
+    (ghost,) = ghosts(TRIPLET_LIKE, 1.0)
+    place = cam.principal_point + ghost.lever * (wanted - cam.principal_point)
+    image = found.image(1).astype(np.float64) - disc
+    centre = np.array([(image * columns).sum(), (image * rows).sum()]) / image.sum()
+    np.testing.assert_allclose(centre, place, atol=0.5)
+    # The pupil is a disc of the true focal length, which collects the Sun's light.
+    scale = 1.0 if lens.distortion is None else lens.distortion.scale
+    pupil = np.pi * (0.5 * scale * focal_length / 20.0) ** 2
+    if lens.camera_equation == "1+4N2":
+        pupil *= 1600.0 / 1601.0
+    turned = lens.distortion is not None and lens.distortion.pupil_turns
+    direct = LIGHT[1] * pupil / 3.75e-6**2 * (1.0 if turned else sun.direction[2])
+    assert image.sum() == pytest.approx(0.0002 * direct, rel=0.02)
 
 
 def test_area_that_two_circles_share() -> None:

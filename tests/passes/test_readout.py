@@ -76,6 +76,20 @@ def test_full_well_and_converter_saturate(gl: moderngl.Context) -> None:
     assert np.all(expose(gl, np.inf, cam) == 2000)
 
 
+@pytest.mark.parametrize("full_well", [8e6, 3e7])
+def test_wells_of_many_electrons_hold_what_they_should(
+    gl: moderngl.Context, full_well: float
+) -> None:
+    """Of a detector whose pixels are summed, or of one for the infrared."""
+    cam = camera(full_well=full_well, gain_dn_per_e=1e-3, bits=16)
+    for share in (0.5, 0.9):
+        mean = share * full_well
+        dn = expose(gl, mean, cam).astype(np.float64)
+        assert dn.mean() == pytest.approx(1e-3 * mean - 0.5, abs=4e-3 * np.sqrt(mean / dn.size))
+        assert dn.var() == pytest.approx(1e-6 * mean + 1.0 / 12.0, rel=4.0 * np.sqrt(2.0 / dn.size))
+    assert np.all(expose(gl, 2.0 * full_well, cam) == round(1e-3 * full_well))
+
+
 def test_noise_depends_on_seed_epoch_and_camera_alone(gl: moderngl.Context) -> None:
     cam = camera(read_noise=5.0, pedestal=100.0)
     first = expose(gl, 50.0, cam)

@@ -122,7 +122,7 @@ def digital(camera: Camera, light: Array, tai_ns: int, seed: int, draw: int = 0)
         return uniform_01(pixel_words(d.width, d.height, key, epoch_words(tai_ns), draw))
 
     mean = light * pattern.gain + t * (d.dark_current + pattern.dark_current)
-    electrons = poisson(np.clip(mean, 0.0, 1e7), random(Stream.SHOT))
+    electrons = poisson(np.clip(mean, 0.0, max(1e7, 2.0 * d.full_well)), random(Stream.SHOT))
     pixels, deposits = hits(camera, tai_ns, seed, draw)
     electrons.ravel()[pixels] += deposits
     if d.blooming > 0.0:
