@@ -3,7 +3,7 @@
 //
 // Of the points that gbuffer/marks.frag has marked; with MARK_AT, where all points see one spacecraft, it
 // marks them itself. EDGES: instead, the line along which the group ends in its cell. OF_SQUARES: instead of
-// points, squares of 4 x 4 cells that show one triangle, and whether light is smooth over them.
+// points, squares of 4 x 4 cells, or LARGER ones of 8 x 8, that show one smooth surface, and whether light is smooth over them.
 #define GROUPED
 #include "block/spacecraft"
 #include "gbuffer/cells.glsl"
@@ -147,13 +147,92 @@ Part part_of(ivec2 cell, uint group) {
     return Part(first + middle, texel, sqrt(float(samples_of(group))), first, cell, group);
 }
 
+// What a sample of the raster sees of its triangle.
+struct Seen {
+    uint triangle;
+    uvec3 corner;        // numbers of its vertices
+    bool back;
+    uint label;
+    mat3 places;         // of these, body axes, in the middle of the exposure's part [m]
+    mat3 normals;        // camera axes, on the side that is seen
+    Facet facet;         // now
+};
+
+// pose, time : of the spacecraft, and of the place's row
+Seen seen_at(ivec2 texel, mat4 pose, float time) {
+    uvec2 word = read_texel(visibility, texel).rg;
+    Seen s;
+    s.triangle = max(word.x, 1u) - 1u;
+    s.corner = corners_of(s.triangle);
+    s.back = (word.y & 1u) == 1u;
+    s.label = 0u;
+    mat3 present;
+    for (int k = 0; k < 3; ++k) {
+        vec4 place = read_texel(mesh_vertices, table_place(VERTEX_TEXELS * s.corner[k]));
+        vec3 direction = read_texel(mesh_vertices, table_place(VERTEX_TEXELS * s.corner[k] + 1u)).xyz;
+        s.label = uint(place.w);
+#ifdef JOINTED
+        place.xyz = place_from_stored(place.xyz, s.label);
+        direction = direction_from_stored(direction, s.label);
+#endif
+        s.places[k] = present[k] = place.xyz;
+#ifdef JOINTS_MOVE
+        present[k] += time * rate_of_place(place.xyz, s.label);
+#endif
+        s.normals[k] = s.back ? -direction : direction;
+    }
+    s.normals = mat3(pose) * s.normals;
+    vec3 a = (pose * vec4(present[0], 1.0)).xyz;
+    vec3 along = mat3(pose) * (present[1] - present[0]);
+    vec3 up = mat3(pose) * (present[2] - present[0]);
+    s.facet = Facet(a, along, up, cross(along, up));
+    return s;
+}
+
+#ifdef INTERREFLECTION
+// Irradiance from other surfaces [W m-2] at weights of the corners.
+//
+// earth_share : fraction of the Earth's light that reaches the place
+vec4 light_of_others(Seen s, vec3 weight, out float earth_share) {
+    vec4 light = vec4(0.0);
+    earth_share = 0.0;
+    for (int k = 0; k < 3; ++k) {
+        uint row = 2u * (SIDES * s.corner[k] + uint(s.back) % SIDES);
+        light += weight[k] * read_texel(vertex_light, table_place(row));
+        earth_share += weight[k] * read_texel(vertex_light, table_place(row + 1u)).r;
+    }
+#ifdef LIGHT_GRIDS
+    light = max(light + more_of_grid(s.triangle, max(weight, 0.0), s.back), 0.0);
+#endif
+    return light;
+}
+#endif
+
 #ifdef OF_SQUARES
-const float EDGE = 4.0;   // of a square [cells]
+// Of each block of cells (gbuffer/pages.frag).
+uniform usampler2D blocks;
+
+// Of a square [cells].
+#ifdef LARGER
+const int EDGE = 8;
+#else
+const int EDGE = 4;
+#endif
 
 // Over a square light is taken for linear between four points, and a little beyond them. A function of second
 // derivative f then errs by 0.04 f w^2 over a width w: a lobe of width alpha by 0.16 (w / alpha)^2 of its peak,
 // and what goes by the cosine to the viewer by 0.04 (w / cosine)^2. With these by 2e-4 at most.
 const float OF_LOBE = 0.035, OF_COSINE = 0.07;
+// Where triangles meet light of other surfaces bends: its mean over two opposite corners of a square differs from
+// that in the middle by so much of it at most. Beside one bend it then errs by 1.25 times as much at most.
+const float OF_BEND = 2e-3;
+// And they lie in one plane, but for so much of a unit normal.
+const float OF_PLANE = 1e-3;
+
+// A place of a square by the part of its edge from the middle, in the raster.
+vec2 place_in_square(vec2 middle, vec2 part) {
+    return middle + mat2(raster_from_cell.xy, raster_from_cell.zw) * (float(EDGE) * part);
+}
 
 // Whether light that comes from all over the sky, or from the Sun, is smooth over a square.
 //
@@ -161,61 +240,86 @@ const float OF_LOBE = 0.035, OF_COSINE = 0.07;
 bool is_smooth(vec3 n, vec3 sight, float turn, uint material) {
     vec4 law = material_law[material];
     float alpha = law.z > 0.5 ? 1.0 : law.y * law.y;
-    float width = EDGE * length(raster_from_cell.xy) * length(sample_steps[0].xyz);
+    float width = float(EDGE) * length(raster_from_cell.xy) * length(sample_steps[0].xyz);
     return turn + width < OF_LOBE * alpha && width < OF_COSINE * abs(dot(n, normalize(sight)))
         && !is_layered(material);
 }
 
 // Whether the light of other surfaces is linear over a square of a triangle.
-bool is_linear(Facet facet, uint triangle, vec2 middle) {
+bool is_linear(Seen seen, vec2 middle) {
     bool linear = true;
 #ifdef LIGHT_GRIDS
-    GridPlace at = grid_place(weights_at(facet, sight_at(middle)));
+    GridPlace at = grid_place(weights_at(seen.facet, sight_at(middle)));
     for (int k = 0; k < 4; ++k) {
-        vec2 corner = EDGE * (vec2(k & 1, k >> 1) - 0.5);
-        vec2 place = middle + mat2(raster_from_cell.xy, raster_from_cell.zw) * corner;
-        linear = linear && is_linear(at, grid_place(max(weights_at(facet, sight_at(place)), 0.0)));
+        vec2 place = place_in_square(middle, vec2(k & 1, k >> 1) - 0.5);
+        linear = linear && is_linear(at, grid_place(max(weights_at(seen.facet, sight_at(place)), 0.0)));
     }
-    linear = linear || read_texel(light_grids, table_place(triangle)).r == 0u;
+    linear = linear || read_texel(light_grids, table_place(seen.triangle)).r == 0u;
 #endif
     return linear;
+}
+
+// Whether it is nearly so over a square of several triangles in one plane: from its middle and corners.
+//
+// seen, n, light, earth_share : of the middle; turn : of the normals over the square, made larger
+bool is_nearly_linear(Seen seen, vec3 n, vec2 middle, vec4 light, float earth_share, inout float turn) {
+    vec4 bends[2] = vec4[](light, light);
+    vec2 share_bends = vec2(earth_share);
+    vec3 plane = normalize(seen.facet.across);
+    bool flat_square = true;
+    for (int k = 0; k < 4; ++k) {
+        vec2 place = place_in_square(middle, 0.9 * (vec2(k & 1, k >> 1) - 0.5));
+        Seen s = seen_at(ivec2(place), camera_from_body, 0.0);
+        vec3 weight = weights_at(s.facet, sight_at(place));
+        flat_square = flat_square && distance(normalize(s.facet.across), plane) < OF_PLANE;
+        turn = max(turn, 2.0 * distance(normalize(s.normals * weight), n));
+#ifdef INTERREFLECTION
+        float share;
+        int diagonal = (k + 1) >> 1 & 1;
+        bends[diagonal] -= 0.5 * light_of_others(s, weight, share);
+        share_bends[diagonal] -= 0.5 * share;
+#endif
+    }
+    bool linear = true;
+#ifdef INTERREFLECTION
+    for (int k = 0; k < 2; ++k)
+        linear = linear && dot(abs(bends[k]), vec4(1.0)) <= OF_BEND * dot(light, vec4(1.0))
+              && abs(share_bends[k]) < OF_BEND;
+#endif
+    return flat_square && linear;
+}
+
+// Whether all light is smooth over a square, of whose middle the light is known.
+//
+// n, sight : there; turn : of the normals over the square, by those of its triangle
+bool is_even(Seen seen, vec3 n, vec3 sight, float turn, vec2 middle) {
+    const int BLOCKS = EDGE / BLOCK;
+    ivec2 first = BLOCKS * ivec2(gl_FragCoord.xy);
+    uint all = ~0u;
+    for (int k = 0; k < BLOCKS * BLOCKS; ++k) all &= read_texel(blocks, first + ivec2(k % BLOCKS, k / BLOCKS)).r;
+    bool even = (all & BLOCK_ONE_TRIANGLE) != 0u && is_linear(seen, middle);
+    float earth_share = face_normal.w;
+    vec4 light = indirect;
+    // A loop, which llvmpipe leaves where an if would be worked out.
+    for (bool several = !even && (all & BLOCK_ONE_SURFACE) != 0u; several; several = false)
+        even = is_nearly_linear(seen, n, middle, light, earth_share, turn);
+    return even && is_smooth(n, sight, turn, seen.label & 63u);
 }
 #endif
 
 // Returns the material.
 uint look_up(Part part) {
-    uvec2 seen = read_texel(visibility, part.texel).rg;
-    uvec3 corner = corners_of(max(seen.x, 1u) - 1u);
-    bool back = (seen.y & 1u) == 1u;
-
     vec3 sight = sight_at(part.middle), seen_sight = sight_at(vec2(part.texel) + 0.5);
     mat4 pose = camera_from_body;
+    float time = 0.0;
 #ifdef MOVING
-    float time = time_of(sight);
+    time = time_of(sight);
     pose = pose_at(time);
 #endif
-    // Where the corners are in the middle of the exposure's part, and now.
-    mat3 places, present, normals;
-    uint label = 0u;
-    for (int k = 0; k < 3; ++k) {
-        vec4 place = read_texel(mesh_vertices, table_place(VERTEX_TEXELS * corner[k]));
-        vec3 direction = read_texel(mesh_vertices, table_place(VERTEX_TEXELS * corner[k] + 1u)).xyz;
-        label = uint(place.w);
-#ifdef JOINTED
-        place.xyz = place_from_stored(place.xyz, label);
-        direction = direction_from_stored(direction, label);
-#endif
-        places[k] = present[k] = place.xyz;
-#ifdef JOINTS_MOVE
-        present[k] += time * rate_of_place(place.xyz, label);
-#endif
-        normals[k] = back ? -direction : direction;
-    }
-    normals = mat3(pose) * normals;
-    vec3 a = (pose * vec4(present[0], 1.0)).xyz;
-    vec3 along = mat3(pose) * (present[1] - present[0]);
-    vec3 up = mat3(pose) * (present[2] - present[0]);
-    Facet facet = Facet(a, along, up, cross(along, up));
+    Seen seen = seen_at(part.texel, pose, time);
+    Facet facet = seen.facet;
+    mat3 places = seen.places, normals = seen.normals;
+    uint label = seen.label;
 
     vec3 weight = weights_at(facet, sight);
     vec2 parts = weights_at(facet, seen_sight).yz + parts_between(facet, seen_sight, sight);
@@ -227,7 +331,7 @@ uint look_up(Part part) {
     vec3 n_v = normalize(normals * weights_at(facet, sight + dv)) - n;
     float spread = cell_roughness(n_u, n_v);
 #ifdef DETAILED
-    spread = max(spread, detail(part.group, part.first, facet, normals, corner, label & 63u, back));
+    spread = max(spread, detail(part.group, part.first, facet, normals, seen.corner, label & 63u, seen.back));
 #endif
     normal_roughness = vec4(n, spread);
 #ifdef EDGES
@@ -237,24 +341,14 @@ uint look_up(Part part) {
     float area = length(facet.across);
     face_normal = vec4(area > 0.0 ? facet.across / area : n, 1.0);
     indirect = vec4(0.0);
-#ifdef OF_SQUARES
-    float turn = sqrt(6.0 * spread);
-    face_normal.w = float(is_smooth(n, sight, turn, label & 63u)
-                          && is_linear(facet, max(seen.x, 1u) - 1u, part.middle));
-#endif
 #ifdef INTERREFLECTION
     // Not past the edges, where light may change within a triangle's width.
     vec3 inside = max(weight, 0.0);
     inside /= inside.x + inside.y + inside.z;
-    face_normal.w = 0.0;
-    for (int k = 0; k < 3; ++k) {
-        uint row = 2u * (SIDES * corner[k] + uint(back) % SIDES);
-        indirect += inside[k] * read_texel(vertex_light, table_place(row));
-        face_normal.w += inside[k] * read_texel(vertex_light, table_place(row + 1u)).r;
-    }
-#ifdef LIGHT_GRIDS
-    indirect = max(indirect + more_of_grid(max(seen.x, 1u) - 1u, inside, back), 0.0);
+    indirect = light_of_others(seen, inside, face_normal.w);
 #endif
+#ifdef OF_SQUARES
+    face_normal.w = float(is_even(seen, n, sight, sqrt(6.0 * spread), part.middle));
 #endif
     return label & 63u;
 }
@@ -270,19 +364,23 @@ void main() {
 }
 #elif defined(OF_SQUARES)
 void main() {
-    vec2 middle = raster_place(EDGE * gl_FragCoord.xy);
+    vec2 middle = raster_place(float(EDGE) * gl_FragCoord.xy);
     ivec2 texel = clamp(ivec2(middle), ivec2(0), textureSize(visibility, 0) - 1);
-    float edge = EDGE * length(raster_from_cell.xy);
+    float edge = float(EDGE) * length(raster_from_cell.xy);
     look_up(Part(middle, texel, edge, vec2(0.0), ivec2(0), 1u));
 }
 #else
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
-    bool wide;
-    ivec2 cell = cell_of_point(at, wide);
+    int width;
+    ivec2 cell = cell_of_point(at, width);
     uint group = group_of(at);
     Part part = part_of(cell, max(group, 1u));
-    if (wide) part.middle = raster_place(vec2(cell + 1));
+    if (width > 1) {
+        part.middle = raster_place(vec2(cell) + 0.5 * float(width));
+        part.texel = ivec2(part.middle);
+        part.edge = length(raster_from_cell.xy);
+    }
     uint material = look_up(part);
 #ifdef MARK_AT
     const float MARK = 0.5 + 0.5 * MARK_AT;

@@ -1,17 +1,18 @@
-// The groups of each cell. TELL_TRIANGLES: and whether all texels of its window see one triangle.
+// The groups of each cell. TELL_TRIANGLES: and whether all texels of its window see one triangle, or one surface.
 #include "gbuffer/cells.glsl"
 
 uniform usampler2D visibility;
 
-// One for each layer. The upper bits of the first hold the number of samples in the cell, those of the
-// second the number of groups, and above that BARE and ONE_TRIANGLE.
-layout(location = 0) out uvec4 groups[LAYERS / 4];
+// One for each layer, as many as a cell may have samples. The upper bits of the first hold the number of samples
+// in the cell, those of the second the number of groups, and above that BARE and so on.
+layout(location = 0) out uvec4 groups[FOURS];
 
 void main() {
     ivec2 cell = ivec2(gl_FragCoord.xy), first = first_texel(cell);
     ivec2 last = textureSize(visibility, 0) - 1;
     uint surface[CELL_TEXELS * CELL_TEXELS];
-    uint left = 0u, total = 0u, lowest = ~0u, highest = 0u;
+    uint left = 0u, total = 0u;
+    uvec2 lowest = uvec2(~0u), highest = uvec2(0u);
     for (int j = 0; j < CELL_TEXELS; ++j)
         for (int i = 0; i < CELL_TEXELS; ++i) {
             ivec2 texel = first + ivec2(i, j);
@@ -20,16 +21,16 @@ void main() {
             surface[CELL_TEXELS * j + i] = seen.g;
             total += uint(inside);
             left |= uint(inside && seen.g != 0u) << (STRIDE * j + i);
-#ifdef TELL_TRIANGLES
-            lowest = min(lowest, seen.r);
-            highest = max(highest, seen.r);
-#endif
+            lowest = min(lowest, seen);
+            highest = max(highest, seen);
         }
-    bool bare = samples_of(left) < total;
-    uint chosen_groups[LAYERS], count = 0u;
-    for (int layer = 0; layer < LAYERS; ++layer) chosen_groups[layer] = 0u;
+    bool bare = samples_of(left) < total, one_surface = lowest.g == highest.g;
+    uint chosen_groups[4 * FOURS], count = uint(left != 0u);
+    for (int layer = 0; layer < 4 * FOURS; ++layer) chosen_groups[layer] = 0u;
+    chosen_groups[0] = left;
     int layer = 0;
-    do {
+    // Few windows show several surfaces. A loop with a limit would be worked out to its end.
+    while (!one_surface && left != 0u) {
         uint chosen = 0u, group = 0u;
         for (int k = 0; k < CELL_TEXELS * CELL_TEXELS; ++k) {
             uint bit = 1u << (STRIDE * (k / CELL_TEXELS) + k % CELL_TEXELS);
@@ -38,13 +39,16 @@ void main() {
             if (here && surface[k] == chosen) group |= bit;
         }
         left ^= group;
-        chosen_groups[layer] = group;
-        count += uint(group != 0u);
-    } while (++layer < LAYERS && left != 0u);
+        chosen_groups[min(layer, 4 * FOURS - 1)] = group;
+        count = uint(min(++layer, 4 * FOURS));
+    }
     chosen_groups[0] |= total << TEXELS;
-    chosen_groups[1] |= count << TEXELS | (bare ? BARE : 0u)
-                      | (lowest == highest && count == 1u ? ONE_TRIANGLE : 0u);
-    for (int k = 0; k < LAYERS / 4; ++k)
+    chosen_groups[1] |= count << TEXELS | (bare ? BARE : 0u);
+#ifdef TELL_TRIANGLES
+    bool one_triangle = one_surface && lowest.r == highest.r;
+    chosen_groups[1] |= (one_triangle ? ONE_TRIANGLE : 0u) | (one_surface ? ONE_SURFACE : 0u);
+#endif
+    for (int k = 0; k < FOURS; ++k)
         groups[k] = uvec4(chosen_groups[4 * k], chosen_groups[4 * k + 1], chosen_groups[4 * k + 2],
                           chosen_groups[4 * k + 3]);
 }

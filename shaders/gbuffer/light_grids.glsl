@@ -1,22 +1,18 @@
 // Grids on triangles over which light of other surfaces is far from linear (simgl/radiosity/light_grids.py).
 
 uniform usampler2D light_grids;   // of each triangle 1 and the number of its grid, 0 without one
-#ifdef INTERREFLECTION
 uniform usampler2D grid_rows;     // of each node and side the row of its light
 uniform sampler2D grid_light;     // irradiance [W m-2] more than is linear
-#endif
 
 const uint GRID_CUTS = 4u;
 const uint GRID_NODES = 15u;
 
-#ifdef INTERREFLECTION
 // A node by how many parts of the edges it lies from the third corner towards the first and second.
 vec4 grid_node(uint grid, uint i, uint j, bool back) {
     uint node = i * (2u * GRID_CUTS + 3u - i) / 2u + j;
     uint row = read_texel(grid_rows, table_place((grid * GRID_NODES + node) * SIDES + uint(back) % SIDES)).r;
     return read_texel(grid_light, table_place(row));
 }
-#endif
 
 // A place on a grid, between three nodes.
 struct GridPlace {
@@ -38,7 +34,6 @@ bool is_linear(GridPlace a, GridPlace b) {
     return a.i == b.i && a.j == b.j && a.upper == b.upper;
 }
 
-#ifdef INTERREFLECTION
 // Irradiance [W m-2] more than is linear between a triangle's vertices, at weights of its corners.
 vec4 more_of_grid(uint triangle, vec3 weights, bool back) {
     uint number = read_texel(light_grids, table_place(triangle)).r;
@@ -55,4 +50,3 @@ vec4 more_of_grid(uint triangle, vec3 weights, bool back) {
               + share.z * grid_node(number - 1u, i + third, j + third, back);
     return number == 0u ? vec4(0.0) : more;
 }
-#endif

@@ -7,9 +7,20 @@ const int LAYERS = 16;   // groups that a cell may have: no cell has more sample
 const int BLOCK = 2;     // cells along an edge
 const int SQUARES = 256; // along a row of the textures
 
-// With the entry and the number of a page: it is wide. Its four points then stand for a square of 2 x 2 blocks,
-// all of which show one triangle in smooth light (`even_light` in simgl/passes/sunlight.py).
-const uint WIDE = 1u << 30u;
+// With the entry and the number of a page: it is wide. Its four points then stand for a square of 4 x 4 or 8 x 8
+// cells, all of which show one surface in smooth light (`even_light` in simgl/passes/sunlight.py). In place of the
+// layer, and with the number from WIDTH_BIT on, stands the logarithm of the cells along an edge of each point's part.
+const uint WIDE = 1u << 30u, WIDTH_BIT = 28u;
+
+// The first page of a block, of what texels of block_pages hold.
+int page_of(uint first_page) {
+    return int(first_page & ((1u << WIDTH_BIT) - 1u));
+}
+
+// How many cells along an edge each point of such a page stands for.
+int width_of(uint first_page) {
+    return (first_page & WIDE) != 0u ? 1 << int(first_page >> WIDTH_BIT & 3u) : 1;
+}
 
 // The texel of a page's first point.
 ivec2 texel_of_page(int page) {

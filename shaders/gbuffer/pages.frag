@@ -1,5 +1,5 @@
-// How many pages each block of 2 x 2 cells takes: as many as its fullest cell has groups. The upper bit
-// tells whether a sample of the block sees nothing, the next one whether its cells see one triangle.
+// How many pages each block of 2 x 2 cells takes: as many as its fullest cell has groups. The upper bits
+// tell whether a sample of the block sees nothing, and whether each of its cells sees one triangle, and one surface.
 #define GROUPED
 #include "gbuffer/cells.glsl"
 
@@ -8,7 +8,7 @@ out uint pages;
 void main() {
     ivec2 first = BLOCK * ivec2(gl_FragCoord.xy), last = min(first + BLOCK, cells);
     pages = 0u;
-    uint in_all = ONE_TRIANGLE, in_any = 0u;
+    uint in_all = ~0u, in_any = 0u;
     for (int y = first.y; y < last.y; ++y)
         for (int x = first.x; x < last.x; ++x) {
             uvec4 groups = read_texel(cell_groups, ivec2(x, y));
@@ -16,5 +16,6 @@ void main() {
             in_any |= groups.y;
             in_all &= groups.y;
         }
-    pages |= ((in_any & BARE) != 0u ? 128u : 0u) | (in_all != 0u ? 64u : 0u);
+    pages |= ((in_any & BARE) != 0u ? BLOCK_BARE : 0u) | ((in_all & ONE_TRIANGLE) != 0u ? BLOCK_ONE_TRIANGLE : 0u)
+           | ((in_all & ONE_SURFACE) != 0u ? BLOCK_ONE_SURFACE : 0u);
 }

@@ -40,7 +40,7 @@ void choose_line(inout vec3 chosen, inout float rank, ivec2 cell, vec2 middle, m
     bool known = cell == clamp(cell, ivec2(0), cells - 1) && is_known(cell);
     cell = clamp(cell, ivec2(0), cells - 1);
     uvec4 groups = groups_from(cell, 0);
-    int page = int(read_texel(block_pages, cell / BLOCK).r & ~WIDE);
+    int page = page_of(read_texel(block_pages, cell / BLOCK).r);
     vec2 corner = middle - vec2(first_texel(cell));
     // A group that fills its cell ends nowhere in it.
     int left = known && samples_of(groups.x) < groups.x >> TEXELS ? 4 : 0;

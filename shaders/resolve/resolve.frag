@@ -71,27 +71,25 @@ void add(inout Sum sum, Sum more) {
     sum.count += more.count;
 }
 
+bool is_wide(uint first_page) {
 #ifdef WIDE_PAGES
-bool is_wide(uint first_page) {
     return (first_page & WIDE) != 0u;
-}
 #else
-bool is_wide(uint first_page) {
     return false;
-}
 #endif
+}
 
 // The shading point of a group, by the first page of its cell's block; on a wide page the first point.
 ivec2 texel_of_point(uint first_page, ivec2 cell, int layer) {
-    bool wide = is_wide(first_page);
-    return texel_of_page(int(wide ? first_page ^ WIDE : first_page) + layer) + (wide ? ivec2(0) : cell & 1);
+    return texel_of_page(page_of(first_page) + layer) + (is_wide(first_page) ? ivec2(0) : cell & 1);
 }
 
 // The radiance there. Over a wide page it is linear between the four points, and a little beyond them.
 vec4 point(uint first_page, ivec2 cell, ivec2 at) {
     vec4 light = read_texel(points, at);
     if (is_wide(first_page)) {
-        vec2 place = 0.5 * vec2(cell & (2 * BLOCK - 1)) - 0.25;
+        int width = width_of(first_page);
+        vec2 place = (vec2(cell & (2 * width - 1)) + 0.5) / float(width) - 0.5;
         vec4 right = read_texel(points, at + ivec2(1, 0));
         vec4 below = mix(read_texel(points, at + ivec2(0, 1)), read_texel(points, at + 1), place.x);
         // Beyond them the end of a penumbra would go on below zero.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -28,15 +28,22 @@ class EvenSquares:
     kinds : (rows, columns) uint8, ``UNEVEN`` and so on
     partly_lit : (n, 4, 4) of those partly lit the shares of the sunlight per band at their four
         points, row by row
+    larger : (rows // 2, columns // 2) whether 2 x 2 of them, all lit or all dark, are one of 8 x 8
+        cells over which light is as smooth
     """
 
     kinds: AnyArray
     partly_lit: Array32
+    larger: Mask
 
 
 def without_penumbras(kinds: AnyArray) -> EvenSquares:
     """Squares of which none is partly lit."""
-    return EvenSquares(kinds, np.zeros((0, 4, 4), dtype=np.float32))
+    return EvenSquares(kinds, np.zeros((0, 4, 4), dtype=np.float32), _none_larger(kinds))
+
+
+def _none_larger(kinds: AnyArray) -> Mask:
+    return np.zeros((kinds.shape[0] // 2, kinds.shape[1] // 2), dtype=bool)
 
 
 def with_shares(kinds: AnyArray, shares: Array32) -> EvenSquares:
@@ -54,7 +61,19 @@ def with_shares(kinds: AnyArray, shares: Array32) -> EvenSquares:
     # The rim of a narrow penumbra may reach into a square between its points' directions.
     kinds[asked & _with_neighbours(asked & (kinds == UNEVEN))] = UNEVEN
     partly = kinds[asked] == PARTLY_LIT
-    return EvenSquares(kinds, _smoothed(kinds, shares[partly]))
+    return EvenSquares(kinds, _smoothed(kinds, shares[partly]), _none_larger(kinds))
+
+
+def with_larger(squares: EvenSquares, smooth: Mask) -> EvenSquares:
+    """The same with larger ones, of 8 x 8 cells.
+
+    smooth : (rows // 2, columns // 2) of these, whether light is smooth over them but for shadows
+    """
+    rows, columns = (2 * n for n in smooth.shape)
+    kinds = squares.kinds[:rows, :columns].reshape(rows // 2, 2, columns // 2, 2)
+    lowest, highest = kinds.min(axis=(1, 3)), kinds.max(axis=(1, 3))
+    one_kind = (lowest == highest) & np.isin(lowest, (LIT, DARK))
+    return replace(squares, larger=smooth & one_kind)
 
 
 def _with_neighbours(squares: Mask) -> Mask:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import moderngl
 import numpy as np
@@ -15,7 +15,7 @@ from simgl.gpu.release import all_or_nothing
 from simgl.gpu.render_targets import Format, GrowingTarget, textures_of
 from simgl.gpu.screen_shader import ScreenShader
 from simgl.passes.drawn_spacecraft import DrawnSpacecraft
-from simgl.passes.even_squares import EvenSquares, without_penumbras
+from simgl.passes.even_squares import EvenSquares, with_larger, without_penumbras
 from simgl.passes.mesh_store import MeshStore
 from simgl.passes.shading_points import (
     CELL_GROUPS,
@@ -42,14 +42,20 @@ from simgl.passes.shared_blocks import (
 )
 from simgl.passes.texture_store import IMAGE_UNITS
 from simgl.passes.view_blocks import ViewBlocks
+from simgl.sample_grid import ANGLE
 from simgl.view.raster_tiles import RasterTile
 
-# Of the byte of a block, the bits that hold its pages, and those that tell whether its cells show
-# one triangle, and whether it is bare.
-_COUNT, _ONE_TRIANGLE, BARE = 31, 64, 128
-# Of the squares of a tile, the least part that shows one triangle for which it is worth asking
+# Of the byte of a block, the bits that hold its pages, and those that tell whether each of its
+# cells shows one smooth surface, and whether one of them is bare (shaders/gbuffer/cells.glsl).
+_COUNT, _ONE_SURFACE, BARE = 31, 32, 128
+# Of the squares of a tile, the least part that shows one surface for which it is worth asking
 # whether light is smooth over them.
 _WORTH_ASKING = 0.02
+# Texels of four groups each that hold those of a cell: of a narrow one, whose square never holds
+# 3 x 3 samples, and of any. These need a square of 2 (cos a + sin a) along its edge, turned by a;
+# half of that square's extent along an axis is half as wide, times (cos a + sin a) again.
+_FOURS = 2, len(CELL_GROUPS)
+_REACH_OF_FEW = (np.cos(ANGLE) + np.sin(ANGLE)) ** 2
 # A point that is not there.
 EMPTY = -1.0
 # The targets of shaders/gbuffer/gbuffer.frag; those with images and vertex colours have more.
@@ -61,6 +67,8 @@ _VISIBILITY_UNIT, _CORNERS_UNIT, _VERTICES_UNIT, _LIGHT_UNIT = range(4)
 _GRIDS = {"light_grids": 4, "grid_light": 5, "grid_rows": 6}
 # Besides the groups of points, which have the unit of the cells' in other passes.
 _CELLS_UNIT = 17
+# Of the bytes of blocks, for squares, which have no points.
+_BLOCKS_UNIT = 16
 _POINTS = {"visibility": _VISIBILITY_UNIT} | POINT_GROUPS | PAGE_ENTRIES
 
 
@@ -80,7 +88,7 @@ class GBufferPass:
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore, blocks: ViewBlocks) -> None:
         self._ctx, self._meshes, self._blocks = ctx, meshes, blocks
-        self._grouping: dict[tuple[int, tuple[str, ...]], PointScreen] = {}
+        self._grouping: dict[tuple[int, int, tuple[str, ...]], PointScreen] = {}
         first = {"cell_groups": CELL_GROUPS["cell_groups"]}
         self._counting = screen(ctx, ScreenShader("gbuffer/pages", 0.0, [TILE], first))
         paged = CELL_GROUPS | PAGE_ENTRIES
@@ -88,7 +96,7 @@ class GBufferPass:
         self._unmarked = screen(ctx, ScreenShader("gbuffer/unmarked", OTHERS, [], {}))
         self._marks: dict[tuple[str, ...], PointScreen] = {}
         self._lookups: dict[tuple[str, ...], PointScreen] = {}
-        self._groups = GrowingTarget(ctx, [range(len(CELL_GROUPS))], Format("u4", 4))
+        self._groups = GrowingTarget(ctx, [range(n) for n in _FOURS], Format("u4", 4))
         self._counts = GrowingTarget(ctx, [[0]], Format("u1"))
         self._point_groups = GrowingTarget(ctx, [[0]], Format("u4"))
         self._page_entries = GrowingTarget(ctx, [[0]], Format("u4"))
@@ -97,12 +105,14 @@ class GBufferPass:
         self._targets = {n: GrowingTarget(ctx, [range(n)]) for n in (_PLAIN, _DETAILED)}
         self._edges = GrowingTarget(ctx, [[0]])
         self._squares = GrowingTarget(ctx, [range(_PLAIN)])
+        self._larger_squares = GrowingTarget(ctx, [range(_PLAIN)])
 
     def group(
         self,
         tile: RasterTile,
         visibility: moderngl.Texture,
         spacecraft: Sequence[DrawnSpacecraft],
+        lit: Callable[[], None] | None = None,
         *,
         edges: bool = False,
         even: EvenLight | None = None,
@@ -111,23 +121,26 @@ class GBufferPass:
 
         visibility : of the visibility pass
         spacecraft : of the tile
+        lit : called before light of other surfaces is read
         edges : whether the points also tell along which line their groups end
         even : tells over which squares light is smooth; only for a tile of one spacecraft
         """
         cells, blocks = tile.cells.size, blocks_of(tile.cells.size)
-        (groups,) = self._groups.covering(cells)
+        few, many = self._groups.covering(cells)
         self._blocks.bind_tile(tile)
         visibility.use(_VISIBILITY_UNIT)
         telling = ("TELL_TRIANGLES",) * (even is not None)
-        self._grouping_for(tile.cells.texels, telling).draw(
-            self.colour_only, groups, (0, 0, *cells)
+        target = few if tile.cells.reach < _REACH_OF_FEW else many
+        fours = len(target.color_attachments)
+        self._grouping_for(tile.cells.texels, fours, telling).draw(
+            self.colour_only, target, (0, 0, *cells)
         )
-        of_block = self._page_counts(textures_of(groups)[0], blocks)
-        squares = self._even_squares(tile, of_block, spacecraft[0], even)
-        kinds = squares.kinds if squares.kinds.any() else None
-        entries, first, wide_rows = page_table(of_block & _COUNT, kinds)
+        groups = textures_of(many)
+        of_block = self._page_counts(groups[0], blocks)
+        squares = self._even_squares(tile, of_block, spacecraft[0], even, lit)
+        entries, first, wide_rows = page_table(of_block & _COUNT, squares)
         page_entries = self._page_entries.written(entries)
-        point_groups = self._groups_of_points(textures_of(groups), page_entries, len(entries))
+        point_groups = self._groups_of_points(groups, page_entries, len(entries))
         detailed = any("DETAILED" in drawn.view.model.variant for drawn in spacecraft)
         size = COLUMNS, 4 * len(entries)
         (target,) = self._targets[_DETAILED if detailed else _PLAIN].covering(size)
@@ -141,7 +154,7 @@ class GBufferPass:
         return ShadingPoints(
             cells=cells,
             visibility=visibility,
-            groups=textures_of(groups),
+            groups=groups,
             point_groups=point_groups,
             entries=entries,
             bare=of_block >= BARE,
@@ -175,26 +188,39 @@ class GBufferPass:
         return np.frombuffer(data, dtype=np.uint8).reshape(blocks[::-1])
 
     def _even_squares(
-        self, tile: RasterTile, of_block: AnyArray, drawn: DrawnSpacecraft, even: EvenLight | None
+        self,
+        tile: RasterTile,
+        of_block: AnyArray,
+        drawn: DrawnSpacecraft,
+        even: EvenLight | None,
+        lit: Callable[[], None] | None,
     ) -> EvenSquares:
         """Over which squares of 2 x 2 blocks light is smooth: they have one page together."""
         none = without_penumbras(np.zeros((0, 0), dtype=np.uint8))
         if even is None:
             return none
-        candidates = np.logical_and.reduce(
-            [part & _ONE_TRIANGLE != 0 for part in blocks_of_squares(of_block)]
-        )
+        candidates = np.bitwise_and.reduce(blocks_of_squares(of_block)) & _ONE_SURFACE
         if np.count_nonzero(candidates) < _WORTH_ASKING * candidates.size or not candidates.size:
             return none
+        if lit is not None:
+            lit()
         size = candidates.shape[1], candidates.shape[0]
         (target,) = self._squares.covering(size)
         self._bind_mesh(tile, drawn)
+        textures_of(*self._counts.covering((1, 1)))[0].use(_BLOCKS_UNIT)
         variant = ("JOINTED",) * (drawn.mesh.motion is not None)
-        lighting = drawn.vertex_lighting
-        if lighting is not None and lighting.grids is not None:
-            variant = (*variant, "LIGHT_GRIDS")
-        self._look_up_for((*variant, "OF_SQUARES")).draw(self.colour_only, target, (0, 0, *size))
-        return even(textures_of(target), candidates)
+        if drawn.vertex_lighting is not None:
+            variant += drawn.vertex_lighting.defines
+        for_squares = *variant, "OF_SQUARES"
+        self._look_up_for(for_squares).draw(self.colour_only, target, (0, 0, *size))
+        larger = 0, 0, size[0] // 2, size[1] // 2
+        (target_of_larger,) = self._larger_squares.covering(larger[2:])
+        look_up = self._look_up_for((*for_squares, "LARGER"))
+        look_up.draw(self.colour_only, target_of_larger, larger)
+        squares = even(textures_of(target), size)
+        data = target_of_larger.read(viewport=larger, components=4, attachment=2, dtype="f4")
+        smooth = np.frombuffer(data, dtype=np.float32).reshape(larger[3], larger[2], 4)[..., 3]
+        return with_larger(squares, smooth > 0.5)
 
     def _groups_of_points(
         self, groups: Sequence[moderngl.Texture], page_entries: moderngl.Texture, rows: int
@@ -275,13 +301,14 @@ class GBufferPass:
             )
         return self._marks[variant]
 
-    def _grouping_for(self, texels: int, telling: tuple[str, ...]) -> PointScreen:
-        if (texels, telling) not in self._grouping:
+    def _grouping_for(self, texels: int, fours: int, telling: tuple[str, ...]) -> PointScreen:
+        variant = texels, fours, telling
+        if variant not in self._grouping:
             seen = {"visibility": _VISIBILITY_UNIT}
-            defines = {"CELL_TEXELS": texels} | dict.fromkeys(telling, 1)
+            defines = {"CELL_TEXELS": texels, "FOURS": fours} | dict.fromkeys(telling, 1)
             shader = ScreenShader("gbuffer/groups", 0.0, [TILE], seen, defines)
-            self._grouping[texels, telling] = screen(self._ctx, shader)
-        return self._grouping[texels, telling]
+            self._grouping[variant] = screen(self._ctx, shader)
+        return self._grouping[variant]
 
     def _look_up_for(self, variant: tuple[str, ...]) -> PointScreen:
         """The shader for models of a variant; those without images do not pay for them."""
@@ -292,7 +319,9 @@ class GBufferPass:
                 "triangle_corners": _CORNERS_UNIT,
                 "mesh_vertices": _VERTICES_UNIT,
             }
-            if "OF_SQUARES" not in variant:
+            if "OF_SQUARES" in variant:
+                samplers |= {"blocks": _BLOCKS_UNIT}
+            else:
                 samplers |= _POINTS
             if detailed:
                 samplers |= IMAGE_UNITS
@@ -301,7 +330,7 @@ class GBufferPass:
             if "EDGES" in variant:
                 samplers |= {"cell_groups": _CELLS_UNIT}
             if "LIGHT_GRIDS" in variant:
-                samplers |= _GRIDS if lit else {"light_grids": _GRIDS["light_grids"]}
+                samplers |= _GRIDS
             self._lookups[variant] = point_shader(
                 self._ctx,
                 "gbuffer/gbuffer",
@@ -326,6 +355,7 @@ class GBufferPass:
             self._depths,
             self._edges,
             self._squares,
+            self._larger_squares,
         )
         for target in (*growing, *self._targets.values()):
             target.release()

@@ -14,7 +14,7 @@ from simgl.gpu.fullscreen import Screen, screen
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.screen_shader import ScreenShader
 from simgl.gpu.uniform_blocks import Block
-from simgl.passes.even_squares import DARK, LIT, PARTLY_LIT, UNEVEN, EvenSquares
+from simgl.passes.even_squares import DARK, LIT, PARTLY_LIT, UNEVEN, EvenSquares, without_penumbras
 from simgl.passes.shared_blocks import JOINT_RATES, JOINTS, LAMPS, MATERIALS, TILE
 
 # As in shaders/gbuffer/paging.glsl: groups of a cell that have a shading point each, cells along
@@ -23,6 +23,7 @@ LAYERS, BLOCK, _SQUARES = 16, 2, 256
 # Pages in a row of squares, and texels along the rows of the textures.
 ENTRIES, COLUMNS = 4 * _SQUARES, 4 * _SQUARES
 _PRESENT, _WIDE, _LAYER_BIT, _ROW_BIT = 1 << 31, 1 << 30, 26, 13
+_WIDTH_BIT = 28
 # In a texture of listed points: none.
 UNLISTED = 0xFFFFFFFF
 # Bits that are set in each mask of a page, and whether each of them is.
@@ -45,23 +46,25 @@ def gbuffer_units(*channels: str) -> dict[str, int]:
 
 
 def page_table(
-    counts: AnyArray, even: AnyArray | None = None
+    counts: AnyArray, even: EvenSquares | None = None
 ) -> tuple[AnyArray, AnyArray, tuple[int, int, int]]:
     """Which pages there are, by how many each block of cells takes.
 
     counts : (rows, columns) of the blocks
-    even : (rows // 2, columns // 2) of squares of 2 x 2 blocks, ``UNEVEN`` and so on: each of the
-        others has one page
+    even : of squares of 2 x 2 blocks: each that is not ``UNEVEN`` has one page, and so has each
+        larger one
     returns : (rows of squares, ENTRIES) uint32, the entry of each page, 0 where there is none;
         (rows, columns) uint32, the first page of each block. Both have a bit that tells of wide
         pages. Of lit, dark and partly lit squares how many rows of squares their pages fill, each
         kind from a new row on; those of blocks follow.
     """
-    counts = counts.copy()
+    if even is None or not even.kinds.any():
+        even = without_penumbras(np.zeros((0, 0), dtype=np.uint8))
     wide_entries, wide_first, rows_of = _wide_pages(even)
-    if even is not None:
-        for of_square in blocks_of_squares(counts):
-            of_square[even != UNEVEN] = 0
+    wide = even.kinds != UNEVEN
+    counts = counts.copy()
+    for of_square in blocks_of_squares(counts) if wide.size else ():
+        of_square[wide] = 0
     # A sum that widens its numbers by itself takes five times as long.
     flat = counts.ravel().astype(np.uint32)
     first = np.cumsum(flat, dtype=np.uint32)
@@ -80,26 +83,39 @@ def page_table(
     number <<= _LAYER_BIT
     np.add(np.repeat(of_block, flat), number, out=entries.reshape(-1)[before : before + total])
     first = first.reshape(counts.shape)
-    if even is not None:
-        for of_square in blocks_of_squares(first):
-            np.copyto(of_square, wide_first, where=even != UNEVEN)
+    for of_square in blocks_of_squares(first) if wide.size else ():
+        np.copyto(of_square, wide_first, where=wide)
     return entries, first, rows_of
 
 
-def _wide_pages(even: AnyArray | None) -> tuple[AnyArray, AnyArray, tuple[int, int, int]]:
+def _wide_pages(even: EvenSquares) -> tuple[AnyArray, AnyArray, tuple[int, int, int]]:
     """(rows of squares, ENTRIES) entries of wide pages, the page of each square and rows of squares
-    by kind, as ``page_table`` gives them."""
-    if even is None:
-        even = np.zeros((0, 0), dtype=np.uint8)
-    first = np.zeros(even.shape, dtype=np.uint32)
-    places = [np.nonzero(even == kind) for kind in (LIT, DARK, PARTLY_LIT)]
-    lit, dark, partly = (-(-len(row) // ENTRIES) for row, _ in places)
-    entries = np.zeros((lit + dark + partly, ENTRIES), dtype=np.uint32)
-    for before, (row, column) in zip((0, lit, lit + dark), places, strict=True):
-        page = before * ENTRIES + np.arange(len(row))
-        entries.reshape(-1)[page] = _PRESENT | _WIDE | 2 * row << _ROW_BIT | 2 * column
-        first[row, column] = page | _WIDE
-    return entries, first, (lit, dark, partly)
+    by kind, as ``page_table`` gives them. Of each kind those of larger squares come first."""
+    single = even.kinds.copy()
+    of_larger = np.where(even.larger, blocks_of_squares(single)[0], UNEVEN)
+    for square in blocks_of_squares(single):
+        square[even.larger] = UNEVEN
+    first = np.zeros(single.shape, dtype=np.uint32)
+    rows_of: list[int] = []
+    pages: list[AnyArray] = []
+    for kind in (LIT, DARK, PARTLY_LIT):
+        before = sum(rows_of) * ENTRIES
+        listed = []
+        for width, squares in (2, of_larger), (1, single):
+            row, column = (width * at for at in np.nonzero(squares == kind))
+            page = np.arange(before, before + len(row))
+            before += len(row)
+            listed.append(_PRESENT | _WIDE | width << _LAYER_BIT | 2 * row << _ROW_BIT | 2 * column)
+            for place in range(width * width):
+                at = row + place // width, column + place % width
+                first[at] = page | _WIDE | width << _WIDTH_BIT
+        entries = np.concatenate(listed)
+        rows_of.append(-(-len(entries) // ENTRIES))
+        filled = np.zeros((rows_of[-1], ENTRIES), dtype=np.uint32)
+        filled.reshape(-1)[: len(entries)] = entries
+        pages.append(filled)
+    lit, dark, partly = rows_of
+    return np.concatenate(pages), first, (lit, dark, partly)
 
 
 def at_pages(values: AnyArray) -> AnyArray:
@@ -233,9 +249,9 @@ class ShadingPoints:
         self.page_entries.use(PAGE_ENTRIES["page_entries"])
 
 
-# From what is looked up of squares of 4 x 4 cells, in the order of ``GBUFFER``, and (rows,
-# columns), whether each shows one triangle: over which of these light is smooth.
-EvenLight = Callable[[Sequence[moderngl.Texture], Mask], EvenSquares]
+# From what is looked up of squares of 4 x 4 cells, in the order of ``GBUFFER``, and columns and
+# rows of squares: over which of these light is smooth.
+EvenLight = Callable[[Sequence[moderngl.Texture], tuple[int, int]], EvenSquares]
 
 
 def blocks_of(cells: tuple[int, int]) -> tuple[int, int]:

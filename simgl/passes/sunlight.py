@@ -8,7 +8,7 @@ from functools import partial
 import moderngl
 import numpy as np
 
-from simgl.arrays import AnyArray, Array32, IndexArray, Mask
+from simgl.arrays import AnyArray, Array32, IndexArray
 from simgl.gpu.compute_screen import ComputeScreen
 from simgl.gpu.context import wait_for_draws
 from simgl.gpu.fullscreen import screen
@@ -146,16 +146,15 @@ class SunlightPass:
         tile: RasterTile,
         drawn: DrawnSpacecraft,
         squares: Sequence[moderngl.Texture],
-        asked: Mask,
+        size: tuple[int, int],
     ) -> EvenSquares:
-        size = asked.shape[1], asked.shape[0]
         (target,) = self._even_squares.covering(size)
         self._bind(tile, squares, drawn)
         variant = _variant(drawn.view)
         close = drawn.view.shadow.close is not None
         first = (*("PLANES",) * close, "OF_SQUARES")
         self._screen_for(first, variant).draw(self.colour_only, target, (0, 0, *size))
-        kinds = self._bytes(target, (0, 0, *size)) * asked
+        kinds = self._bytes(target, (0, 0, *size))
         row, column = np.nonzero(kinds == PARTLY_LIT)
         if not len(row):
             return without_penumbras(kinds)

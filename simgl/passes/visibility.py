@@ -19,6 +19,7 @@ from simgl.passes.outline_program import OutlineProgram
 from simgl.passes.shared_blocks import JOINT_RATES, SPACECRAFT, TILE
 from simgl.passes.view_blocks import ViewBlocks
 from simgl.scene.facing_triangles import facing_triangles
+from simgl.view.empty_slices import is_free
 from simgl.view.raster_tiles import RasterTile
 
 _DRAWN_UNIT = 0
@@ -49,19 +50,25 @@ class VisibilityPass:
         cleared = part_to_clear(target, viewport)
         self.closed.apply(self._ctx, target, cleared, cleared)
         target.clear(depth=1.0, viewport=cleared)
+        facing = [self._facing(drawn) for drawn in spacecraft]
         for index in range(len(tile.slices)):
+            seen = list(zip(spacecraft, facing, strict=True))
             if index:
+                seen = [(d, numbers) for d, numbers in seen if _reaches(d, numbers, tile, index)]
+                if not seen:
+                    continue
                 clear_depth(self._ctx, target)
             self._blocks.bind_tile(tile, index)
-            for drawn in spacecraft:
+            for drawn, numbers in seen:
                 model = drawn.view.model
                 state = self.open_sheets if model.open_sheets else self.closed
                 state.apply(self._ctx, target, viewport, viewport)
                 self._blocks.bind_spacecraft(drawn)
-                self._draw(drawn)
+                self._draw(drawn, numbers)
         return textures_of(target)[0]
 
-    def _draw(self, drawn: DrawnSpacecraft) -> None:
+    def _draw(self, drawn: DrawnSpacecraft, numbers: UIntArray | None) -> None:
+        """The triangles of some numbers; of None all."""
         motion, model = drawn.view.motion, drawn.view.model
         variant: tuple[str, ...] = ()
         split = None
@@ -71,7 +78,6 @@ class VisibilityPass:
                 self._meshes.bind_joint_rates(motion)
                 variant += ("JOINTS_MOVE",)
             split = self._meshes.split(drawn.mesh, motion.bend)
-        numbers = self._facing(drawn)
         program = self._program_for(variant)
         if numbers is None:
             rows = self._meshes.tables(drawn.mesh).drawn if split is None else split.drawn
@@ -122,3 +128,16 @@ class VisibilityPass:
         for program in self._programs.values():
             program.release()
         self._target.release()
+
+
+def _reaches(
+    drawn: DrawnSpacecraft, numbers: UIntArray | None, tile: RasterTile, index: int
+) -> bool:
+    """Whether a spacecraft may be seen in a depth slice, or nearer.
+
+    numbers : of its triangles that may be seen; None for all
+    """
+    if numbers is None or drawn.view.motion is not None or drawn.mesh.motion is not None:
+        return True
+    pose = drawn.view.camera_from_body.astype(np.float64)
+    return not is_free(tile, tile.depths[index][1], drawn.mesh.mesh, pose, numbers)

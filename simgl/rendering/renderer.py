@@ -316,8 +316,9 @@ class Renderer:
                 with self.timer.measure("geometry"):
                     edges = view.field is None and needs_edges(part, view.ramps)
                     even = None if view.lamps else self._sunlight.even_light(part, spacecraft)
+                    lit = self._interreflection.complete
                     points = self._geometry.group(
-                        part, visibility, spacecraft, edges=edges, even=even
+                        part, visibility, spacecraft, lit, edges=edges, even=even
                     )
                 # Other threads had until here for the light that goes into the look-up.
                 with self.timer.measure("interreflection"):

@@ -16,7 +16,13 @@ import pytest
 
 from simgl.arrays import AnyArray, Array
 from simgl.gpu.compute_screen import ComputeScreen
-from simgl.passes.even_squares import PARTLY_LIT, UNEVEN, EvenSquares
+from simgl.passes.even_squares import (
+    PARTLY_LIT,
+    UNEVEN,
+    EvenSquares,
+    with_larger,
+    without_penumbras,
+)
 from simgl.passes.gbuffer import GBufferPass
 from simgl.passes.shading_points import (
     ENTRIES,
@@ -29,6 +35,7 @@ from simgl.scenario.scenario import Scenario
 from simgl.simulator import Simulator
 from simgl.view.raster_tiles import RasterTile
 from tests.passes.test_penumbra import GREEN, disc_share
+from tests.radiosity.boxes import c6_scene
 from tests.scenes import lambert, scene
 
 GLOSSY = {"reflectance": 0.6, "metallic": 1.0, "roughness": 0.5}
@@ -43,7 +50,7 @@ CAMERA: dict[str, Any] = {
     "up": [0.2, 1.0, 0.0],
 }
 DISTORTED = {"optics": {"distortion": {"k1": -0.05}}}
-WIDE = 1 << 30
+WIDE, OF_WIDTH = 1 << 30, 1 << 28
 
 
 def wall(
@@ -171,32 +178,67 @@ def test_light_of_a_curved_surface_is_that_of_every_cell(
     assert_alike(shared, every)
 
 
-def test_a_wide_square_shows_one_triangle(
-    gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch, kinds: list[AnyArray]
-) -> None:
-    """Light of other surfaces is linear over each triangle, and bends from one to the next."""
-    seen: list[AnyArray] = []
+@pytest.fixture
+def triangles(monkeypatch: pytest.MonkeyPatch, kinds: list[AnyArray]) -> list[AnyArray]:
+    """(rows, columns, 16) numbers of the triangles in the middles of the cells of squares, tile by
+    tile."""
+    found: list[AnyArray] = []
     group = GBufferPass.group
 
     def looked_at(
         geometry: GBufferPass, tile: RasterTile, texture: moderngl.Texture, *more: Any, **named: Any
     ) -> ShadingPoints:
         points = group(geometry, tile, texture, *more, **named)
-        triangles = np.frombuffer(texture.read(), dtype=np.uint32).reshape(texture.height, -1, 2)
+        seen = np.frombuffer(texture.read(), dtype=np.uint32).reshape(texture.height, -1, 2)
         row, column = np.mgrid[: tile.cells.size[1], : tile.cells.size[0]]
         middles = np.stack([column + 0.5, row + 0.5, np.ones(row.shape)], axis=-1)
         x, y = np.moveaxis((middles @ tile.cells.raster_from_cell.T).astype(int), -1, 0)
-        seen.append(triangles[y, x, 0])
+        rows, columns = kinds[-1].shape
+        of_square = seen[y, x, 0][: 4 * rows, : 4 * columns].astype(np.int64)
+        of_square = of_square.reshape(rows, 4, columns, 4).swapaxes(1, 2)
+        found.append(of_square.reshape(rows, columns, 16) - 1)
         return points
 
     monkeypatch.setattr(GBufferPass, "group", looked_at)
-    image(gl, ball())
-    wide = kinds[0] != UNEVEN
-    rows, columns = (4 * n for n in wide.shape)
-    of_square = seen[0][:rows, :columns].reshape(rows // 4, 4, columns // 4, 4).swapaxes(1, 2)
-    of_square = of_square.reshape(*wide.shape, 16)
-    assert wide.sum() > 50
-    assert not np.ptp(of_square[wide].astype(np.int64), axis=-1).any()
+    return found
+
+
+def test_a_wide_square_lies_in_one_plane(
+    gl: moderngl.Context, kinds: list[AnyArray], triangles: list[AnyArray]
+) -> None:
+    """Of a ball, whose facets are pairs of triangles: unit normals differ by 1e-3 at most from that
+    in the middle."""
+    scenario = ball()
+    image(gl, scenario)
+    mesh = scenario.models["ball"].mesh
+    a, b, c = np.moveaxis(mesh.positions[mesh.triangles].astype(np.float64), 1, 0)
+    across = np.cross(b - a, c - a)
+    normals = across / np.linalg.norm(across, axis=1, keepdims=True)
+    wide = triangles[0][kinds[0] != UNEVEN]
+    assert len(wide) > 50
+    assert (np.ptp(wide, axis=-1) > 0).sum() > 20
+    off = normals[wide] - normals[wide[:, :1]]
+    np.testing.assert_array_less(np.linalg.norm(off, axis=-1), 2.5e-3)
+
+
+def test_light_of_other_surfaces_over_several_triangles_is_that_of_every_cell(
+    gl: moderngl.Context,
+    monkeypatch: pytest.MonkeyPatch,
+    kinds: list[AnyArray],
+    triangles: list[AnyArray],
+) -> None:
+    """It is linear over each triangle, and bends from one to the next. Where the mean of opposite
+    corners is two thousandths off the middle, one bend makes it err by 1.25 times as much, and two
+    by twice that. Half of the box's floor gets no other light."""
+    shared, every = with_and_without(gl, monkeypatch, c6_scene(0.8, on=True))
+    of_several = np.ptp(triangles[0], axis=-1) > 0
+    assert (of_several & (kinds[0] != UNEVEN)).sum() > 50
+    # And some bends are larger.
+    assert (of_several & (kinds[0] == UNEVEN)).sum() > 50
+    around = [np.roll(every, shift, axis) for axis in (0, 1) for shift in (-1, 1)]
+    change = np.max(np.abs(np.array(around) - every), axis=0)
+    np.testing.assert_array_less(np.abs(shared - every), 5e-3 * every + 0.2 * change + 1e-9)
+    assert np.sqrt(np.mean((shared - every) ** 2)) < 2e-4 * every.mean()
 
 
 def test_compute_shaders_share_the_same_points(
@@ -312,28 +354,44 @@ def test_shares_of_pages_lie_where_their_points_are() -> None:
     assert np.count_nonzero(texels) == values.size
 
 
-def test_a_wide_page_stands_for_four_blocks() -> None:
+def test_a_wide_page_stands_for_all_blocks_of_its_square() -> None:
     """In a table of blocks with pages of their own, and an odd row and column of them."""
     random = np.random.default_rng(2)
     counts = random.integers(0, 5, (41, 67)).astype(np.uint8)
-    even = np.where(random.random((20, 33)) < 0.4, random.integers(1, 4, (20, 33)), UNEVEN)
-    wide = even != UNEVEN
+    kinds = np.where(random.random((20, 33)) < 0.4, random.integers(1, 4, (20, 33)), UNEVEN)
+    smooth = random.random((10, 16)) < 0.4
+    # Some of 2 x 2 squares of one kind; those partly lit stay apart.
+    kinds[:20, :32] = np.where(
+        np.kron(random.random((10, 16)) < 0.5, np.ones((2, 2), dtype=bool)),
+        np.kron(random.integers(1, 4, (10, 16)), np.ones((2, 2), dtype=np.int64)),
+        kinds[:20, :32],
+    )
+    even = with_larger(without_penumbras(kinds.astype(np.uint8)), smooth)
+    assert even.larger.sum() > 10
+    assert not (even.larger & (kinds[:20:2, :32:2] == PARTLY_LIT)).any()
     entries, first, rows = page_table(counts, even)
     pages = entries.ravel()
     assert rows == (1, 1, 1)
+    wide = kinds != UNEVEN
+    in_larger = np.zeros(kinds.shape, dtype=bool)
+    in_larger[:, :32] = np.kron(even.larger, np.ones((2, 2), dtype=bool))
     of_wide = np.kron(wide, np.ones((2, 2), dtype=bool))
     own = counts.astype(int)
     own[:40, :66][of_wide] = 0
-    assert np.count_nonzero(pages) == own.sum() + wide.sum()
+    of_squares = (wide & ~in_larger).sum() + even.larger.sum()
+    assert np.count_nonzero(pages) == own.sum() + of_squares
     assert entries.shape[1] == ENTRIES
-    place = first & (WIDE - 1)
+    place = first & (OF_WIDTH - 1)
     np.testing.assert_array_equal(first[:40, :66] & WIDE != 0, of_wide)
-    for row, column in np.argwhere(wide):
-        page = place[2 * row, 2 * column]
+    squares = [(2, 4 * r, 4 * c) for r, c in np.argwhere(even.larger)]
+    squares += [(1, 2 * r, 2 * c) for r, c in np.argwhere(wide & ~in_larger)]
+    for width, row, column in squares:
+        page = place[row, column]
         # Lit, dark and partly lit ones in a row each.
-        assert page // ENTRIES == even[row, column] - 1
-        assert np.all(place[2 * row : 2 * row + 2, 2 * column : 2 * column + 2] == page)
-        assert pages[page] == (3 << 30 | 2 * row << 13 | 2 * column)
+        assert page // ENTRIES == kinds[row // 2, column // 2] - 1
+        blocks = first[row : row + 2 * width, column : column + 2 * width]
+        assert np.all(blocks == (page | WIDE | width * OF_WIDTH))
+        assert pages[page] == (3 << 30 | width << 26 | row << 13 | column)
     row, column = np.nonzero(own)
     np.testing.assert_array_equal(
         pages[place[row, column] + own[row, column] - 1],
