@@ -333,7 +333,14 @@ class Renderer:
                     with self.timer.measure("surface"):
                         light = self._sunlight.draw(part, points, drawn), seen
                         radiance = self._surface.draw(
-                            part, points, drawn, *light, view.lamps, lamp_maps, by_light=by_light
+                            part,
+                            points,
+                            drawn,
+                            *light,
+                            view.lamps,
+                            lamp_maps,
+                            by_light=by_light,
+                            light_parts=view.light_parts,
                         )
                 yield part, points, radiance
 
