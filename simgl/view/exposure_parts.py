@@ -28,6 +28,7 @@ from simgl.view.hulls_in_view import rows_of
 from simgl.view.image_motion import (
     background_motion,
     spacecraft_motion,
+    standing_bodies,
     turn_of_bodies,
     turn_of_camera,
     turn_of_joints,
@@ -69,6 +70,7 @@ class ExposurePart:
     shadow_turn : spacecraft turn by so much against the Sun between that and what is seen [rad]
     turn_while_open : and by so much while a row is exposed [rad]
     light_parts : of its time, for each of which lobes are averaged apart
+    standing : spacecraft that are layers of their own before what moves, and behind it
     """
 
     name: str
@@ -85,6 +87,7 @@ class ExposurePart:
     shadow_turn: float = 0.0
     turn_while_open: float = 0.0
     light_parts: int = 1
+    standing: frozenset[str] = frozenset()
 
     @property
     def blurs(self) -> bool:
@@ -135,6 +138,7 @@ class MovingScene:
     blurs : whether these are swept; whether what is behind them is, and from how many snapshots
     rows : of the parts of the image that are drawn apart; none where rows need not be told apart
     turned : how far spacecraft turn against the Sun during all of it [rad]
+    standing : spacecraft that are layers of their own before what moves, and behind it
     """
 
     camera: Camera
@@ -147,6 +151,7 @@ class MovingScene:
     behind_count: int
     rows: tuple[RowClock, ...]
     turned: float
+    standing: frozenset[str] = frozenset()
 
     def margin_of(self, drawn: Camera) -> tuple[int, int]:
         """Columns and rows of one of the two around the image [px]."""
@@ -184,6 +189,7 @@ class MovingScene:
             shadow_turn=shadow_turn,
             turn_while_open=self.turned * length / duration(self.camera),
             light_parts=self.light_parts,
+            standing=self.standing,
         )
 
     def _shadows(
@@ -264,11 +270,16 @@ def moving_scene(
     blurs, exposed = blur > BLUR, camera.exposure_time / duration(camera)
     times: tuple[SceneState, ...] = (ends[0], state, ends[1])
     count = light_parts = 1
+    standing: frozenset[str] = frozenset()
     if blurs:
         # Of more than half a turn the ends tell no more.
         between = seen_by(camera)(-0.5 * half), seen_by(camera)(0.5 * half)
         times = ends[0], between[0], state, between[1], ends[1]
-        count, light_parts = snapshot_count(times, name, exposed, blur, rows=lean > LEAN)
+        if camera.is_pinhole and lean <= LEAN:
+            standing = standing_bodies(times, name)
+        count, light_parts = snapshot_count(
+            times, name, exposed, blur, rows=lean > LEAN, standing=standing
+        )
     turned = sum(turn_of_bodies(one, other) for one, other in pairwise(times))
     around = camera
     if blurs or moves_behind:
@@ -303,6 +314,7 @@ def moving_scene(
         behind_count=count_behind((ends[0], state, ends[1]), name, behind) * moves_behind,
         rows=rows,
         turned=turned,
+        standing=standing,
     )
 
 

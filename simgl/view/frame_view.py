@@ -173,6 +173,7 @@ def frame_view(
                 samples_per_pixel,
                 with_lamps=bool(lamps) or real.lidar is not None,
                 rows=None if rows is None or seen is not None else (rows.first, rows.end),
+                unmoved=frozenset() if part is None else part.standing,
             ),
             lamps=lamps,
             gather=gather,

@@ -70,7 +70,13 @@ _MIN_TURN = 5e-3
 
 
 def snapshot_count(
-    states: Sequence[SceneState], name: str, exposed: float, blur: float, *, rows: bool
+    states: Sequence[SceneState],
+    name: str,
+    exposed: float,
+    blur: float,
+    *,
+    rows: bool,
+    standing: frozenset[str] = frozenset(),
 ) -> tuple[int, int]:
     """Of spacecraft, and in how many parts of its time the light of each is told.
 
@@ -78,11 +84,13 @@ def snapshot_count(
     exposed : share of that time in which a row sees them
     blur : how far anything moves in that share, at most [px]
     rows : whether they have their own times
+    standing : that are layers of their own
     """
     first, middle, last = states[0], states[len(states) // 2], states[-1]
     lit = exposed * sum(_turn_of_light(one, other) for one, other in pairwise(states))
     turns = exposed * sum(_turn_of_lobes(one, other) for one, other in pairwise(states))
-    against = exposed * sum(motion_between(middle, end, name) for end in (first, last))
+    ends = (motion_between(middle, end, name, standing) for end in (first, last))
+    against = exposed * sum(ends)
     way = blur / (LONGEST_WAY_IN_ROWS if rows else LONGEST_WAY)
     uneven, turning = 1.0, 1.0
     for body in middle.bodies:
