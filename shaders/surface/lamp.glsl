@@ -427,14 +427,15 @@ vec4 lamp_light(Surface s, vec4 lit) {
         // By a lamp that goes along with the camera.
         vec3 wi = light.disc.wi;
         vec4 reflected = vec4(0.0);
-        float times = spread_times(narrowest_lobe(s)), left = times;
+        Times times = spread_times(narrowest_lobe(s), s.place);
+        float left = times.count;
         do {
             float time = spread_time(left, times);
             s.wo = spread_viewer(s.place, time);
             light.disc.wi = spread_lamp(wi, time);
             reflected += reflected_lamp(s, light, lit[i]);
         } while (--left > 0.0);
-        radiance += reflected / times * lamp.intensity;
+        radiance += reflected / times.count * lamp.intensity;
 #else
         radiance += reflected_lamp(s, light, lit[i]) * lamp.intensity;
 #endif

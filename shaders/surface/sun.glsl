@@ -51,13 +51,14 @@ vec4 sun_light(Surface s, vec4 lit) {
 #endif
 #ifdef SPREAD_LIGHT
     vec4 light = vec4(0.0);
-    float times = spread_times(narrowest_lobe(s)), left = times;
+    Times times = spread_times(narrowest_lobe(s), s.place);
+    float left = times.count;
     do {
         float time = spread_time(left, times);
         s.wo = spread_viewer(s.place, time);
         light += sun_light_from(s, spread_light(wi, time), lit);
     } while (--left > 0.0);
-    return light / times;
+    return light / times.count;
 #else
     return sun_light_from(s, wi, lit);
 #endif

@@ -22,20 +22,36 @@
 // In the order of LIGHTS in simgl/passes/surface.py.
 layout(location = 0) out vec4 radiance[5];
 #else
-layout(location = 0) out vec4 radiance;
+// In each part of the times over which light is spread (common/light_spread.glsl).
+layout(location = 0) out vec4 radiance[LIGHT_PARTS];
 #endif
 
-// Radiance of each light [W m-2 sr-1].
+// Radiance of each light [W m-2 sr-1]; of direct light in each part of the times.
 struct Lights {
-    vec4 sun, earth, other_surfaces, lamps;
+    vec4 sun[LIGHT_PARTS], lamps[LIGHT_PARTS], earth, other_surfaces;
 };
+
+Lights no_lights() {
+    Lights none;
+    none.earth = none.other_surfaces = vec4(0.0);
+    for (int part = 0; part < LIGHT_PARTS; ++part) none.sun[part] = none.lamps[part] = vec4(0.0);
+    return none;
+}
 
 // sunlit : share of the sunlight that reaches the surface, per band; lit : of each lamp's light
 Lights lights_of(Surface s, vec4 sunlit, vec4 lit) {
-    Lights light = Lights(vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0));
-#ifdef SUNLIT
-    light.sun = sun_light(s, sunlit);
+    Lights light = no_lights();
+    for (int part = 0; part < LIGHT_PARTS; ++part) {
+#ifdef SPREAD_LIGHT
+        light_part = part;
 #endif
+#ifdef SUNLIT
+        light.sun[part] = sun_light(s, sunlit);
+#endif
+#ifdef LAMPS
+        light.lamps[part] = lamp_light(s, lit);
+#endif
+    }
 #if defined(SKY) || defined(INTERREFLECTION) || defined(GLOSSY)
     Albedo albedo = albedo_of(s);
 #endif
@@ -44,9 +60,6 @@ Lights lights_of(Surface s, vec4 sunlit, vec4 lit) {
 #endif
 #if defined(INTERREFLECTION) || defined(GLOSSY)
     light.other_surfaces = bounced_light(s, albedo);
-#endif
-#ifdef LAMPS
-    light.lamps = lamp_light(s, lit);
 #endif
     return light;
 }
@@ -88,34 +101,39 @@ void main() {
     uint left = patterned ? group : lowest_of(group);
     float share = 1.0 / float(samples_of(left));
     Pattern pattern = pattern_of(s, material);
-    Lights light = Lights(vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0));
+    Lights light = no_lights();
     do {
         vec2 offset = vec2(next_texel(left)) + 0.5 - middle;
         if (!patterned) offset = vec2(0.0);
         Lights one = lights_of(sample_surface(s, material, pattern, offset), sunlit, lit);
-        light.sun += share * one.sun;
         light.earth += share * one.earth;
         light.other_surfaces += share * one.other_surfaces;
-        light.lamps += share * one.lamps;
+        for (int part = 0; part < LIGHT_PARTS; ++part) {
+            light.sun[part] += share * one.sun[part];
+            light.lamps[part] += share * one.lamps[part];
+        }
     } while (left != 0u);
 #else
     Lights light = lights_of(s, sunlit, lit);
 #endif
 #ifdef AIR_BEFORE
     // What the air adds counts as the Earth's light.
-    light.sun *= air_transmittance;
     light.earth = light.earth * air_transmittance + air_light;
     light.other_surfaces *= air_transmittance;
-    light.lamps *= air_transmittance;
     s.emission *= air_transmittance;
+    for (int part = 0; part < LIGHT_PARTS; ++part) {
+        light.sun[part] *= air_transmittance;
+        light.lamps[part] *= air_transmittance;
+    }
 #endif
 #ifdef BY_LIGHT
-    radiance[0] = light.sun;
+    radiance[0] = light.sun[0];
     radiance[1] = light.earth;
     radiance[2] = light.other_surfaces;
-    radiance[3] = light.lamps;
+    radiance[3] = light.lamps[0];
     radiance[4] = s.emission;
 #else
-    radiance = light.sun + s.emission + light.earth + light.other_surfaces + light.lamps;
+    for (int part = 0; part < LIGHT_PARTS; ++part)
+        radiance[part] = light.sun[part] + s.emission + light.earth + light.other_surfaces + light.lamps[part];
 #endif
 }

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 
 import moderngl
 import numpy as np
@@ -87,6 +88,7 @@ class Sweep:
     margin : of the snapshot around the target [px]
     target_size : of that [px]
     share : of the exposure
+    lights : number of the snapshots, which show equal parts of the span in their own light
     edges : whether it shows edges, which are to stay as sharp as they are across the motion
     """
 
@@ -97,6 +99,7 @@ class Sweep:
     target_size: tuple[int, int]
     span: Span = Span()
     share: float = 1.0
+    lights: int = 1
     edges: bool = False
 
     @property
@@ -119,7 +122,7 @@ class Sweep:
     @property
     def fine(self) -> bool:
         """Whether places between pixels are told from four of them."""
-        return self.edges and max(self.paths.reach) <= _ONE_STEP
+        return self.edges and max(self.paths.reach) <= _ONE_STEP * self.lights
 
     @cached_property
     def parts(self) -> tuple[SweepPart, ...]:
@@ -127,32 +130,34 @@ class Sweep:
 
         Where it accelerates it would have to be read pixel by pixel.
         """
+        times = np.linspace(self.span.first, self.span.last, self.lights + 1).tolist()
         parts: list[SweepPart] = []
-        for one in self._divided(self.span):
-            if parts and parts[-1].uneven and one.uneven:
-                # Of a way that turns back just there, halves lie on each other.
-                both = self._part(replace(one.span, first=parts[-1].span.first))
-                if both.is_short:
-                    parts[-1] = both
-                    continue
-            parts.append(one)
+        for light, (first, last) in enumerate(pairwise(times)):
+            for one in self._divided(replace(self.span, first=first, last=last), light):
+                if parts and parts[-1].uneven and one.uneven and parts[-1].light == light:
+                    # Of a way that turns back just there, halves lie on each other.
+                    both = self._part(replace(one.span, first=parts[-1].span.first), light)
+                    if both.is_short:
+                        parts[-1] = both
+                        continue
+                parts.append(one)
         return tuple(parts)
 
-    def _divided(self, span: Span) -> Iterator[SweepPart]:
-        one = self._part(span)
+    def _divided(self, span: Span, light: int) -> Iterator[SweepPart]:
+        one = self._part(span, light)
         if one.is_short or not one.paths.uneven:
             yield one
             return
         middle = 0.5 * (span.first + span.last)
-        yield from self._divided(replace(span, last=middle))
-        yield from self._divided(replace(span, first=middle))
+        yield from self._divided(replace(span, last=middle), light)
+        yield from self._divided(replace(span, first=middle), light)
 
-    def _part(self, span: Span) -> SweepPart:
+    def _part(self, span: Span, light: int) -> SweepPart:
         # Each row that has its own time sees an exposure time of it, from its own start on.
         if span.row_rate:
-            return SweepPart(span=span, paths=self.paths)
+            return SweepPart(span=span, paths=self.paths, light=light)
         first, last = span.first - span.moment, span.last - span.moment
-        return SweepPart(span=span, paths=self.paths.within(first, last))
+        return SweepPart(span=span, paths=self.paths.within(first, last), light=light)
 
     @property
     def read(self) -> Box:
@@ -177,10 +182,12 @@ class SweepPart:
     """A part of an exposure that is swept by itself.
 
     paths : from its middle on, in all of it
+    light : number of its snapshot
     """
 
     span: Span
     paths: ImagePaths
+    light: int = 0
 
     @cached_property
     def uneven(self) -> bool:
@@ -229,51 +236,72 @@ class SweepPass:
         self._programs: dict[tuple[str, ...], FullscreenProgram] = {}
 
     def fill(
-        self, sweep: Sweep, snapshot: ImageTarget, target: moderngl.Framebuffer, spare: Spare
+        self,
+        sweep: Sweep,
+        snapshots: Sequence[ImageTarget],
+        target: moderngl.Framebuffer,
+        spare: Spare,
     ) -> None:
-        """Fill the area of a sweep; spare : makes other targets like the snapshot, by a number."""
-        self._draw(sweep, snapshot, target, self.fills, spare)
+        """Fill the area of a sweep.
+
+        snapshots : ``sweep.lights`` of them; spare : makes other targets like them, by a number
+        """
+        self._draw(sweep, snapshots, target, self.fills, spare)
 
     def add(
-        self, sweep: Sweep, snapshot: ImageTarget, target: moderngl.Framebuffer, spare: Spare
+        self,
+        sweep: Sweep,
+        snapshots: Sequence[ImageTarget],
+        target: moderngl.Framebuffer,
+        spare: Spare,
     ) -> None:
         """Add to what a target holds there."""
-        self._draw(sweep, snapshot, target, self.adds, spare)
+        self._draw(sweep, snapshots, target, self.adds, spare)
 
     def lay_over(
-        self, sweep: Sweep, snapshot: ImageTarget, target: moderngl.Framebuffer, spare: Spare
+        self,
+        sweep: Sweep,
+        snapshots: Sequence[ImageTarget],
+        target: moderngl.Framebuffer,
+        spare: Spare,
     ) -> None:
-        """Lay a snapshot over it: of radiance, and the covered share of each pixel."""
-        self._draw(sweep, snapshot, target, self.lays, spare)
+        """Lay snapshots over it: of radiance, and the covered share of each pixel."""
+        self._draw(sweep, snapshots, target, self.lays, spare)
 
     def _draw(
         self,
         sweep: Sweep,
-        snapshot: ImageTarget,
+        snapshots: Sequence[ImageTarget],
         target: moderngl.Framebuffer,
         state: State,
         spare: Spare,
     ) -> None:
         if len(sweep.parts) == 1:
-            self._draw_part(sweep, sweep.parts[0], snapshot, target, state, spare)
+            self._draw_part(sweep, sweep.parts[0], snapshots[0], target, state, spare)
         elif state is self.lays:
             # What is behind is hidden by all parts together.
             summed = replace(sweep, margin=(0, 0), target_size=sweep.size, share=1.0)
             total = spare(_TOTAL)
             total.framebuffer.clear(viewport=summed.area)
-            self._add_parts(summed, snapshot, total.framebuffer, spare)
-            still = replace(sweep, paths=sweep.paths.still, filled=summed.area, edges=False)
+            self._add_parts(summed, snapshots, total.framebuffer, spare)
+            still = replace(
+                sweep, paths=sweep.paths.still, filled=summed.area, lights=1, edges=False
+            )
             self._draw_part(still, still.parts[0], total, target, state, spare)
         else:
             if state is self.fills:
                 target.clear(viewport=sweep.area)
-            self._add_parts(sweep, snapshot, target, spare)
+            self._add_parts(sweep, snapshots, target, spare)
 
     def _add_parts(
-        self, sweep: Sweep, snapshot: ImageTarget, target: moderngl.Framebuffer, spare: Spare
+        self,
+        sweep: Sweep,
+        snapshots: Sequence[ImageTarget],
+        target: moderngl.Framebuffer,
+        spare: Spare,
     ) -> None:
         for part in sweep.parts:
-            self._draw_part(sweep, part, snapshot, target, self.adds, spare)
+            self._draw_part(sweep, part, snapshots[part.light], target, self.adds, spare)
 
     def _draw_part(
         self,

@@ -67,10 +67,11 @@ class SurfacePass:
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore, blocks: ViewBlocks) -> None:
         self._ctx, self._meshes, self._blocks = ctx, meshes, blocks
         self._lobes = lobe_texture(ctx)
-        self._lit: dict[tuple[str, ...], PointScreen] = {}
+        # By what they are defined by, and by the parts of the times.
+        self._lit: dict[tuple[tuple[str, ...], int], PointScreen] = {}
         self._lamps = UniformBuffer(ctx, LAMPS)
-        # By the number of radiances, whole or by light.
-        self._targets = {n: GrowingTarget(ctx, [range(n)]) for n in (1, len(LIGHTS))}
+        # By the number of radiances, whole or in parts.
+        self._targets: dict[int, GrowingTarget] = {}
 
     def draw(
         self,
@@ -83,6 +84,7 @@ class SurfacePass:
         lamp_maps: Sequence[moderngl.Texture] = (),
         *,
         by_light: bool = False,
+        light_parts: int = 1,
     ) -> tuple[moderngl.Texture, ...]:
         """RGBA32F radiance of the points [W m-2 sr-1], of all spacecraft that were drawn since the
         last tile; undefined where there is no point.
@@ -91,10 +93,11 @@ class SurfacePass:
         sunlight : of the sunlight pass
         seen : of the glossy pass
         lamps : which light every spacecraft, and the textures of their shadow maps
-        returns : one texture, or with ``by_light`` one for each of ``LIGHTS``
+        light_parts : of the times over which their light is spread
+        returns : one texture for each of these parts, or with ``by_light`` one for each of
+            ``LIGHTS``
         """
-        targets = self._targets[len(LIGHTS) if by_light else 1]
-        (target,) = targets.covering(points.size, points.depth)
+        target = self._target_of(len(LIGHTS) if by_light else light_parts, points)
         self._write(tile, drawn, lamps)
         for unit, texture in enumerate(points.textures):
             texture.use(unit)
@@ -120,10 +123,16 @@ class SurfacePass:
         variant = [d for d in drawn.view.model.variant if d != "CUT_OUT"]
         variant += [define for define, wanted in optional.items() if wanted]
         variant += drawn.view.lit_variant
-        plain = self._lit_for(tuple(d for d in variant if d not in ("LAYERED", "JOINTED")))
-        layered = self._lit_for(tuple(variant)) if "LAYERED" in variant else None
+        single = tuple(d for d in variant if d not in ("LAYERED", "JOINTED"))
+        plain = self._lit_for(single, light_parts)
+        layered = self._lit_for(tuple(variant), light_parts) if "LAYERED" in variant else None
         draw_by_material(target, points, plain, layered)
         return textures_of(target)
+
+    def _target_of(self, count: int, points: ShadingPoints) -> moderngl.Framebuffer:
+        if count not in self._targets:
+            self._targets[count] = GrowingTarget(self._ctx, [range(count)])
+        return self._targets[count].covering(points.size, points.depth)[0]
 
     def _write(self, tile: RasterTile, drawn: DrawnSpacecraft, lamps: Sequence[LampView]) -> None:
         self._blocks.bind_tile(tile)
@@ -145,12 +154,12 @@ class SurfacePass:
             drawn.probe.lobes.use(_SKY_UNITS["sky_lobes"])
             drawn.probe.irradiance.use(_SKY_UNITS["sky_irradiance"])
 
-    def _lit_for(self, variant: tuple[str, ...]) -> PointScreen:
-        if variant not in self._lit:
-            self._lit[variant] = self._lit_screen(variant)
-        return self._lit[variant]
+    def _lit_for(self, variant: tuple[str, ...], light_parts: int) -> PointScreen:
+        if (variant, light_parts) not in self._lit:
+            self._lit[variant, light_parts] = self._lit_screen(variant, light_parts)
+        return self._lit[variant, light_parts]
 
-    def _lit_screen(self, variant: tuple[str, ...]) -> PointScreen:
+    def _lit_screen(self, variant: tuple[str, ...], light_parts: int) -> PointScreen:
         samplers = gbuffer_units("position", "normal_roughness")
         blocks = [SPACECRAFT, MATERIALS]
         for define, units in _MORE_UNITS.items():
@@ -160,7 +169,7 @@ class SurfacePass:
             blocks += [TILE] + [JOINTS] * ("JOINTED" in variant)
         if "LAMPS" in variant:
             blocks.append(LAMPS)
-        defines = dict.fromkeys(variant, 1)
+        defines = dict.fromkeys(variant, 1) | {"LIGHT_PARTS": light_parts}
         return point_shader(self._ctx, "surface/surface", BY_MATERIAL, blocks, samplers, defines)
 
     def release(self) -> None:

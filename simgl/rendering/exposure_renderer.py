@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain
@@ -83,11 +83,10 @@ class ExposureRenderer:
         for (layer,) in filter(None, all_layers):
             assert layer.paths is not None
             sweep = replace(_of_layer(views, layer, layer.paths), share=1.0 / len(all_layers))
-            snapshot = self._target("snapshot", views.scene.drawn)
-            snapshot.framebuffer.clear(viewport=sweep.read)
-            self._draw_tiles(by, layer, snapshot, ResolvePass.lays)
+            snapshots = self._cleared(views.scene.drawn, _BANDS, sweep)
+            self._draw_tiles(by, layer, snapshots, ResolvePass.lays)
             with self._timer.measure("sweep"):
-                self._sweep.add(sweep, snapshot, target.framebuffer, spare)
+                self._sweep.add(sweep, snapshots, target.framebuffer, spare)
 
     def _draw_in_turn(
         self,
@@ -143,13 +142,13 @@ class ExposureRenderer:
             by.background(one.view, drawn)
             # What stands before a background that moves as it does hides the same of it always.
             while single and layers and layers[0].goes_with(one.paths):
-                self._draw_tiles(by, layers.pop(0), drawn, ResolvePass.lays)
+                self._draw_tiles(by, layers.pop(0), [drawn], ResolvePass.lays)
             with self._timer.measure("sweep"):
                 if number == 0 and len(behind) > 1:
                     target.blacken()
                 draw = self._sweep.fill if len(behind) == 1 else self._sweep.add
                 spare = partial(self._spare, views.scene.drawn_behind, _BANDS)
-                draw(_of_background(views, one), drawn, target.framebuffer, spare)
+                draw(_of_background(views, one), [drawn], target.framebuffer, spare)
         return layers
 
     def _lay(
@@ -158,32 +157,46 @@ class ExposureRenderer:
         """Lay swept layers over what a target holds, the farthest first."""
         for layer in layers:
             if layer.paths is None:
-                self._draw_tiles(by, layer, target, ResolvePass.lays)
+                self._draw_tiles(by, layer, [target], ResolvePass.lays)
                 continue
             sweep = _of_layer(views, layer, layer.paths)
-            snapshot = self._target("layer", views.scene.drawn, _COVERED)
-            snapshot.framebuffer.clear(viewport=sweep.read)
-            self._draw_tiles(by, layer, snapshot, ResolvePass.adds)
+            snapshots = self._cleared(views.scene.drawn, _COVERED, sweep)
+            self._draw_tiles(by, layer, snapshots, ResolvePass.adds)
             with self._timer.measure("sweep"):
                 spare = partial(self._spare, views.scene.drawn, _COVERED)
-                self._sweep.lay_over(sweep, snapshot, target.framebuffer, spare)
+                self._sweep.lay_over(sweep, snapshots, target.framebuffer, spare)
 
-    def _draw_tiles(self, by: Drawing, layer: Layer, target: ImageTarget, how: State) -> None:
-        """With a state of ``ResolvePass``."""
+    def _draw_tiles(
+        self, by: Drawing, layer: Layer, targets: Sequence[ImageTarget], how: State
+    ) -> None:
+        """In each part of its light into a target, with a state of ``ResolvePass``."""
         for one in layer.tiles:
             lens = by.lens(one.view)
-            for tile, points, (radiance,) in by.lit_tiles(one.view, [one.tile]):
+            for tile, points, lights in by.lit_tiles(one.view, [one.tile]):
                 with self._timer.measure("resolve"):
-                    self._resolve.draw(
-                        tile,
-                        points,
-                        radiance,
-                        target.framebuffer,
-                        lens,
-                        one.view.ramps,
-                        one.rows,
-                        how,
-                    )
+                    for radiance, target in zip(lights, targets, strict=True):
+                        self._resolve.draw(
+                            tile,
+                            points,
+                            radiance,
+                            target.framebuffer,
+                            lens,
+                            one.view.ramps,
+                            one.rows,
+                            how,
+                        )
+
+    def _cleared(
+        self, drawn: Camera, formats: tuple[Format, ...], sweep: Sweep
+    ) -> list[ImageTarget]:
+        """Empty targets for the snapshots of a sweep."""
+        targets = [
+            self._target(f"snapshot {len(formats)} {light}", drawn, formats)
+            for light in range(sweep.lights)
+        ]
+        for one in targets:
+            one.framebuffer.clear(viewport=sweep.read)
+        return targets
 
     def _spare(self, drawn: Camera, formats: tuple[Format, ...], number: int) -> ImageTarget:
         return self._target(f"swept {len(formats)} {number}", drawn, formats)
@@ -228,6 +241,7 @@ def _of_layer(views: MovingViews, layer: Layer, paths: ImagePaths) -> Sweep:
         filled=layer.filled,
         margin=views.scene.margin_of(views.scene.drawn),
         target_size=_size(views.camera),
+        lights=layer.light_parts,
         edges=not layer.small,
     )
 

@@ -28,6 +28,7 @@ from simgl.view.hulls_in_view import rows_of
 from simgl.view.image_motion import (
     background_motion,
     spacecraft_motion,
+    standing_bodies,
     turn_of_bodies,
     turn_of_camera,
     turn_of_joints,
@@ -67,6 +68,9 @@ class ExposurePart:
     before, after : states at the times of the first and the last row's outer edges
     shadows : the state that the shadow maps are drawn for; None for the part's own
     shadow_turn : spacecraft turn by so much against the Sun between that and what is seen [rad]
+    turn_while_open : and by so much while a row is exposed [rad]
+    light_parts : of its time, for each of which lobes are averaged apart
+    standing : spacecraft that are layers of their own before what moves, and behind it
     """
 
     name: str
@@ -81,6 +85,9 @@ class ExposurePart:
     after: SceneState | None = None
     shadows: SceneState | None = None
     shadow_turn: float = 0.0
+    turn_while_open: float = 0.0
+    light_parts: int = 1
+    standing: frozenset[str] = frozenset()
 
     @property
     def blurs(self) -> bool:
@@ -127,9 +134,11 @@ class MovingScene:
     drawn_behind : the same, for what is behind them, whose rows see other parts of it, too
     at : the scene at a time from the epoch [s], with ``drawn`` for its camera
     count : of the snapshots of spacecraft
+    light_parts : of the time of each, for each of which lobes are averaged apart
     blurs : whether these are swept; whether what is behind them is, and from how many snapshots
     rows : of the parts of the image that are drawn apart; none where rows need not be told apart
     turned : how far spacecraft turn against the Sun during all of it [rad]
+    standing : spacecraft that are layers of their own before what moves, and behind it
     """
 
     camera: Camera
@@ -137,10 +146,12 @@ class MovingScene:
     drawn_behind: Camera
     at: Callable[[float], SceneState]
     count: int
+    light_parts: int
     blurs: bool
     behind_count: int
     rows: tuple[RowClock, ...]
     turned: float
+    standing: frozenset[str] = frozenset()
 
     def margin_of(self, drawn: Camera) -> tuple[int, int]:
         """Columns and rows of one of the two around the image [px]."""
@@ -176,6 +187,9 @@ class MovingScene:
             after=None if clock is None else self.at(middle + half),
             shadows=shadows,
             shadow_turn=shadow_turn,
+            turn_while_open=self.turned * length / duration(self.camera),
+            light_parts=self.light_parts,
+            standing=self.standing,
         )
 
     def _shadows(
@@ -193,6 +207,14 @@ class MovingScene:
         in_part = 2.0 * half / length * self.turned
         if self.count == 1 and len(self.rows) < 2:
             return (state if in_part > 0.0 else None), 0.5 * in_part
+        if not self.rows:
+            # Snapshots one after the other, so many for each map.
+            together = max(int(2.0 * LARGEST_LEAN / max(in_part, 1e-9) + 1e-6), 1)
+            together = int(np.ceil(self.count / np.ceil(self.count / together)))
+            first = together * int((moment / length + 0.5) * self.count / together)
+            end = min(first + together, self.count)
+            middle = (0.5 * (first + end) / self.count - 0.5) * length
+            return self.at(middle), 0.5 * together * in_part
         step = max(2.0 * LARGEST_LEAN - in_part, LARGEST_TURN)
         count = max(int(np.ceil(self.turned / step)), 1)
         place = np.clip(np.floor((moment / length + 0.5) * count), 0, count - 1)
@@ -247,12 +269,17 @@ def moving_scene(
         return None
     blurs, exposed = blur > BLUR, camera.exposure_time / duration(camera)
     times: tuple[SceneState, ...] = (ends[0], state, ends[1])
-    count = 1
+    count = light_parts = 1
+    standing: frozenset[str] = frozenset()
     if blurs:
         # Of more than half a turn the ends tell no more.
         between = seen_by(camera)(-0.5 * half), seen_by(camera)(0.5 * half)
         times = ends[0], between[0], state, between[1], ends[1]
-        count = snapshot_count(times, name, exposed, blur, rows=lean > LEAN)
+        if camera.is_pinhole and lean <= LEAN:
+            standing = standing_bodies(times, name)
+        count, light_parts = snapshot_count(
+            times, name, exposed, blur, rows=lean > LEAN, standing=standing
+        )
     turned = sum(turn_of_bodies(one, other) for one, other in pairwise(times))
     around = camera
     if blurs or moves_behind:
@@ -282,10 +309,12 @@ def moving_scene(
         drawn_behind=around,
         at=seen_by(drawn),
         count=count,
+        light_parts=light_parts,
         blurs=blurs,
         behind_count=count_behind((ends[0], state, ends[1]), name, behind) * moves_behind,
         rows=rows,
         turned=turned,
+        standing=standing,
     )
 
 

@@ -39,16 +39,20 @@ class Layer:
     filled : x, y, width, height that they may touch [px]
     paths : None where they are not swept
     small : spacecraft of a few pixels alone
+    light_parts : of the time for which it stands, each with light of its own
     """
 
     tiles: tuple[DrawnTile, ...]
     filled: Box
     paths: ImagePaths | None = None
     small: bool = False
+    light_parts: int = 1
 
     def goes_with(self, paths: ImagePaths) -> bool:
-        """Whether it moves as what has these paths does."""
-        return self.paths is not None and self.paths.differ(paths) < _TOGETHER
+        """Whether it moves as what has these paths does, in one light."""
+        if self.paths is None or self.light_parts > 1:
+            return False
+        return self.paths.differ(paths) < _TOGETHER
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -141,7 +145,13 @@ class MovingViews:
         small = all(one.tile.window is not None for one in tiles)
         if small:
             tiles, paths = self._softened(tiles, paths)
-        return Layer(tiles=tuple(tiles), filled=filled, paths=paths, small=small)
+        return Layer(
+            tiles=tuple(tiles),
+            filled=filled,
+            paths=paths,
+            small=small,
+            light_parts=parts[0].light_parts,
+        )
 
     def _softened(
         self, tiles: Sequence[DrawnTile], paths: ImagePaths

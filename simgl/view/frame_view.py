@@ -48,6 +48,7 @@ class FrameView:
     glossy_reflections : it is followed by rays in the lobes of glossy surfaces
     joint_light : how it is worked out between parts that joints have moved
     ramps : of each band between neighbouring pixels, for lenses that spread light [px]
+    light_parts : of the time for which it stands, in each of which lobes are averaged apart
     """
 
     camera: Camera
@@ -61,6 +62,7 @@ class FrameView:
     joint_light: JointLight = "exact"
     other_pinholes: tuple[FrameView, ...] = ()
     ramps: Ramps = SHARP
+    light_parts: int = 1
 
     @property
     def pinholes(self) -> tuple[FrameView, ...]:
@@ -145,7 +147,12 @@ def frame_view(
         shadows = None
         if part is not None and part.shadows is not None:
             lit = _through(part.shadows.cameras[camera_name], seen)
-            shadows = ShadowsOf(state=part.shadows, camera=lit, turn=part.shadow_turn)
+            shadows = ShadowsOf(
+                state=part.shadows,
+                camera=lit,
+                turn=part.shadow_turn,
+                while_open=part.turn_while_open,
+            )
         views = spacecraft_views(
             state, camera, inter_reflection, between_spacecraft=near, shadows=shadows
         )
@@ -166,11 +173,13 @@ def frame_view(
                 samples_per_pixel,
                 with_lamps=bool(lamps) or real.lidar is not None,
                 rows=None if rows is None or seen is not None else (rows.first, rows.end),
+                unmoved=frozenset() if part is None else part.standing,
             ),
             lamps=lamps,
             gather=gather,
             glossy_reflections=glossy_reflections,
             joint_light=joint_light,
+            light_parts=1 if part is None else part.light_parts,
         )
 
     first, *others = map(through, [None] if real.is_pinhole else pinhole_fields(real))

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from itertools import combinations, product
+from collections.abc import Sequence
+from itertools import combinations, pairwise, product
 
 import numpy as np
 
 from simgl.arrays import Array
+from simgl.camera.rolling_shutter import BLUR
 from simgl.motion.joints import body_from_stored, relative_motion
 from simgl.physics.frames import angle_between
 from simgl.scene.spacecraft import SpacecraftModel
@@ -128,9 +130,58 @@ def _joint_motion(before: SpacecraftModel, after: SpacecraftModel) -> float:
     return max(moved)
 
 
-def motion_between(first: SceneState, second: SceneState, camera: str) -> float:
+def standing_bodies(states: Sequence[SceneState], camera: str) -> frozenset[str]:
+    """Spacecraft of which nothing moves across the image by more than ``BLUR`` from state to state,
+    as those that a camera stands on, and that neither shade what moves nor lie in its shadow."""
+    names = set(states[0].bodies)
+    for one, other in pairwise(states):
+        a, b = one.cameras[camera], other.cameras[camera]
+        largest = BLUR / (len(states) - 1) / a.camera.focal_length_px
+        names -= {
+            name
+            for name in names
+            if _body_motion(a, b, one.bodies[name], other.bodies[name]) > largest
+        }
+    moving = set(states[0].bodies) - names
+    return frozenset(
+        name
+        for name in names
+        if not any(_in_line(state, name, other) for state in states for other in moving)
+    )
+
+
+def _in_line(state: SceneState, name: str, other: str) -> bool:
+    """Whether one of two spacecraft may shade the other, by their bounding spheres."""
+    body, neighbour = state.bodies[name], state.bodies[other]
+    (middle, radius), (place, reach) = _sphere(body), _sphere(neighbour)
+    light = state.direct_light(body.pose.position).main
+    separation = place - middle
+    along = float(separation @ light.direction_icrf)
+    across = float(np.linalg.norm(separation - along * light.direction_icrf))
+    return across < radius + reach + abs(along) * float(np.tan(light.angular_radius))
+
+
+def _sphere(body: BodyState) -> tuple[Array, float]:
+    """Centre (3,) and radius of the bounding sphere of a body, ICRF axes [m]."""
+    mesh = body.model.posed_mesh
+    return body.pose.position + body.pose.R_icrf_from_body @ mesh.centre, mesh.radius
+
+
+def _depths(camera: CameraState, body: BodyState) -> tuple[float, float]:
+    """Nearest and farthest of a body's hull along the boresight [m]."""
+    hull = body.model.posed_mesh.hull @ body.pose.R_icrf_from_body.T + body.pose.position
+    depths = (hull - camera.position) @ camera.R_camera_from_icrf[2]
+    return float(depths.min()), float(depths.max())
+
+
+def motion_between(
+    first: SceneState, second: SceneState, camera: str, standing: frozenset[str] = frozenset()
+) -> float:
     """Upper bound on how far spacecraft that may hide each other move against each other, and parts
-    that joints carry against the rest [px]."""
+    that joints carry against the rest [px].
+
+    standing : that are layers of their own before the others, and behind them
+    """
     a, b = first.cameras[camera], second.cameras[camera]
     largest = 0.0
     for name, before in first.bodies.items():
@@ -138,6 +189,12 @@ def motion_between(first: SceneState, second: SceneState, camera: str) -> float:
         largest = max(largest, moved / _nearest(a, before))
     for (one, before), (other, neighbour) in combinations(first.bodies.items(), 2):
         after, moved_to = second.bodies[one], second.bodies[other]
+        if (one in standing) != (other in standing):
+            (near, far), (near_other, far_other) = (
+                _depths(a, body) for body in (before, neighbour)
+            )
+            if far < near_other or far_other < near:
+                continue
         ways = _body_motion(a, b, before, after) + _body_motion(a, b, neighbour, moved_to)
         if _gap_angle(a, before, neighbour) < ways:
             change = _in_other(after, moved_to) - _in_other(before, neighbour)

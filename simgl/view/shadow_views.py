@@ -36,6 +36,9 @@ CELL = 8
 REACHES = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32)
 # A close map is drawn where the wide one has fewer texels per pixel than this.
 _ENOUGH = 2.0
+# Of both, what is enough where a body turns so far in sunlight while the shutter is open, four
+# times the Sun's width, that no shadow has edges as sharp as those that the Sun casts [rad].
+_BLURRED, _TURN_THAT_BLURS = 0.5, float(np.radians(2.0))
 # Heights in a map reach so many radii of the receiver, which keeps them good to 2e-3 of the radius.
 # Casters beyond are flattened onto that height; those of the receiver's size cover 1 % of the Sun.
 _HIGHEST = 2000.0
@@ -154,11 +157,13 @@ class TurnedFrom:
     sun_body : (3,) unit, towards the light then
     body_from_camera : (4, 4) then
     turn : the light comes from within so much of that [rad]
+    while_open : the body turns by so much while a row is exposed [rad]
     """
 
     sun_body: Array
     body_from_camera: Array
     turn: float
+    while_open: float
 
 
 def shadow_view(
@@ -179,9 +184,10 @@ def shadow_view(
     sun_body = body.pose.R_icrf_from_body.T @ sun.direction_icrf
     radius = _coarse(sun.angular_radius)
     step = _DIRECTION_STEP * radius
-    drawn_for, turn = sun_body, 0.0
+    drawn_for, turn, fineness = sun_body, 0.0, 1.0
     if others is not None:
         drawn_for, turn, body_from_camera = others.sun_body, others.turn, others.body_from_camera
+        fineness = _BLURRED if others.while_open > _TURN_THAT_BLURS else 1.0
     nearest, next_nearest = _grid_directions(drawn_for, step)
     # Light reaches a receiver through a cone: casters lie as far outside as the cone is wide.
     cone = float(np.tan(radius + step / np.sqrt(2.0) + turn))
@@ -194,7 +200,8 @@ def shadow_view(
         casters = _casters(state, body, R_light, cone, float(np.tan(radius))) if sunlit else ()
         centre = R_light @ mesh.centre
         heights = float(centre[2] - 1.01 * mesh.radius), float(centre[2] + _HIGHEST * mesh.radius)
-        footprint = _nearest(mesh.centre, mesh.radius, body_from_camera) / camera.focal_length_px
+        focal = camera.focal_length_px * fineness
+        footprint = _nearest(mesh.centre, mesh.radius, body_from_camera) / focal
         if not casters:
             footprint = np.inf
 
@@ -206,7 +213,7 @@ def shadow_view(
             seen = seen_of_it()
             if seen is not None:
                 points, distance = seen
-                footprint = distance / camera.focal_length_px
+                footprint = distance / focal
                 if wide.texel * _ENOUGH > footprint:
                     middle, half = _square((R_light[:2] @ points.T).T, 1.01 * mesh.radius)
                     return wide, fitted(middle, half, footprint)

@@ -12,7 +12,12 @@ from simgl.arrays import Array
 from simgl.camera.rolling_shutter import MAX_PARTS
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import SceneState
-from simgl.view.image_motion import motion_between, turn_of_body, turn_of_joints
+from simgl.view.image_motion import (
+    motion_between,
+    turn_of_bodies,
+    turn_of_body,
+    turn_of_joints,
+)
 from simgl.view.row_clock import camera_from_body
 from simgl.view.small_targets import outline_area
 from simgl.view.turned_faces import snapshots_of_faces
@@ -20,13 +25,14 @@ from simgl.view.turned_faces import snapshots_of_faces
 # Turn of a joint whose parts are lit as at its middle [rad]. The light then comes from within half
 # a degree of where it should, as from the Sun's own disc.
 LARGEST_TURN = float(np.radians(1.0))
-# Turns of a body in one snapshot [rad], of one with the narrowest lobes and of one without any. Its
-# shading points have sunlight of times spread over the turn (``light_spread``), but go along the
-# whole way: of what flashes up for less time the streak is as long as that way. The light between
-# its surfaces is that of the middle: a cosine's mean over the larger turn is less by a 24th of its
-# square, 0.2 %; and where a surface begins to be lit just then, by a 16th of it, 1.3 % of its full
-# light.
-GLOSSY_TURN, MATT_TURN = float(np.radians(5.0)), float(np.radians(12.0))
+# Turn of a body in one snapshot [rad]. Its shading points have shadows of times spread over the
+# turn (``light_spread``), but go along the whole way. The light between its surfaces is that of the
+# middle: a cosine's mean over the turn is less by a 24th of its square, 0.2 %; and where a surface
+# begins to be lit just then, by a 16th of it, 1.3 % of its full light.
+LONGEST_TURN = float(np.radians(12.0))
+# Turn over which lobes are averaged, of a body with the narrowest ones [rad]: of what flashes up
+# for less time the streak is as long as its way in that turn.
+_GLOSSY_TURN = float(np.radians(5.0))
 # How far what hides something else moves against it in one snapshot [px].
 LARGEST_STEP = 1.0
 # The longest way along which one snapshot is swept [px].
@@ -64,25 +70,35 @@ _MIN_TURN = 5e-3
 
 
 def snapshot_count(
-    states: Sequence[SceneState], name: str, exposed: float, blur: float, *, rows: bool
-) -> int:
-    """Of spacecraft.
+    states: Sequence[SceneState],
+    name: str,
+    exposed: float,
+    blur: float,
+    *,
+    rows: bool,
+    standing: frozenset[str] = frozenset(),
+) -> tuple[int, int]:
+    """Of spacecraft, and in how many parts of its time the light of each is told.
 
     states : at even times from the start of what rows see to its end
     exposed : share of that time in which a row sees them
     blur : how far anything moves in that share, at most [px]
     rows : whether they have their own times
+    standing : that are layers of their own
     """
     first, middle, last = states[0], states[len(states) // 2], states[-1]
     lit = exposed * sum(_turn_of_light(one, other) for one, other in pairwise(states))
-    against = exposed * sum(motion_between(middle, end, name) for end in (first, last))
+    turns = exposed * sum(_turn_of_lobes(one, other) for one, other in pairwise(states))
+    ends = (motion_between(middle, end, name, standing) for end in (first, last))
+    against = exposed * sum(ends)
     way = blur / (LONGEST_WAY_IN_ROWS if rows else LONGEST_WAY)
     uneven, turning = 1.0, 1.0
     for body in middle.bodies:
         uneven = max(uneven, _uneven((first, middle, last), name, body, exposed))
         turning = max(turning, _of_outline(states, name, body, exposed))
-    count = max(lit, way, against / LARGEST_STEP, uneven, turning)
-    return int(np.clip(np.ceil(count), 1, MAX_PARTS))
+    wanted = max(lit, way, against / LARGEST_STEP, uneven, turning)
+    count = int(np.clip(np.ceil(wanted), 1, MAX_PARTS))
+    return count, int(np.ceil(max(turns / count, 1.0)))
 
 
 def count_behind(states: Sequence[SceneState], name: str, way: float) -> int:
@@ -111,23 +127,29 @@ def outline(state: SceneState, name: str, body: str) -> Array:
 
 
 def _turn_of_light(first: SceneState, second: SceneState) -> float:
-    """In so many snapshots the light on anything has to be told."""
-    steps = turn_of_joints(first, second) / LARGEST_TURN
-    for name, before in first.bodies.items():
-        turn = turn_of_body(before, second.bodies[name])
-        steps = max(steps, turn / _largest_turn(before.model))
-    return steps
+    """In so many snapshots shadows, and the light between surfaces, have to be told."""
+    joints = turn_of_joints(first, second) / LARGEST_TURN
+    return max(joints, turn_of_bodies(first, second) / LONGEST_TURN)
+
+
+def _turn_of_lobes(first: SceneState, second: SceneState) -> float:
+    """In so many parts of the time what lobes turn to the viewer has to be told."""
+    turns = [
+        turn_of_body(before, second.bodies[name]) / _largest_turn(before.model)
+        for name, before in first.bodies.items()
+    ]
+    return max(turns, default=0.0)
 
 
 def _largest_turn(model: SpacecraftModel) -> float:
-    """Of a body in one snapshot [rad]: no more than the width of its narrowest lobe."""
-    widths = [MATT_TURN]
+    """Over which lobes are averaged [rad]: no more than the width of its narrowest one."""
+    widths = [LONGEST_TURN]
     for material in model.materials:
         if material.roughness is not None:
             widths.append(0.0 if material.maps.law is not None else material.roughness**2)
         if material.coat is not None:
             widths.append(material.coat.roughness**2)
-    return max(min(widths), GLOSSY_TURN)
+    return max(min(widths), _GLOSSY_TURN)
 
 
 def _uneven(

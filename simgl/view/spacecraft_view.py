@@ -83,11 +83,13 @@ class ShadowsOf:
 
     camera : then
     turn : their light comes from within so much of what it does then, body axes [rad]
+    while_open : they turn by so much while a row is exposed [rad]
     """
 
     state: SceneState
     camera: CameraState
     turn: float
+    while_open: float
 
     def of(self, name: str) -> TurnedFrom:
         """For one of the spacecraft."""
@@ -98,6 +100,7 @@ class ShadowsOf:
             sun_body=body.pose.R_icrf_from_body.T @ sun.direction_icrf,
             body_from_camera=np.asarray(inverse, dtype=np.float64),
             turn=self.turn,
+            while_open=self.while_open,
         )
 
 

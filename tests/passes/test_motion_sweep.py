@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -49,6 +51,16 @@ def test_parts_cover_no_more_than_what_comes_there() -> None:
         # With the pixels that interpolation reads, and where an arc may leave its chords.
         assert x == pytest.approx(100.0 + first, abs=6.0)
         assert x + width == pytest.approx(300.0 + last, abs=6.0)
+
+
+@pytest.mark.parametrize(("way", "more"), [(60.0, 0.0), (60.0, 40.0)])
+def test_snapshots_of_several_lights_share_the_time(way: float, more: float) -> None:
+    parts = replace(sweep(way, more), lights=3).parts
+    for light in range(3):
+        spans = [part.span for part in parts if part.light == light]
+        assert spans[0].first == pytest.approx(-0.5 + light / 3.0)
+        assert spans[-1].last == pytest.approx(-0.5 + (light + 1.0) / 3.0)
+        assert sum(span.last - span.first for span in spans) == pytest.approx(1.0 / 3.0)
 
 
 def test_an_even_way_is_one_part() -> None:

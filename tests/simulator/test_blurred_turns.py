@@ -13,8 +13,9 @@ from simgl.physics.frames import rotation_about, unit
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState
 from simgl.simulator import Simulator
+from simgl.view.exposure_parts import moving_scene
 from tests.scenes import Table, lambert, scene
-from tests.simulator.blurred_scenes import CAMERA, EXPOSURE, before
+from tests.simulator.blurred_scenes import CAMERA, EXPOSURE, before, moving
 from tests.simulator.moving_scenes import BOX, FOCAL, RANGE, Motion, electrons
 
 Axis = tuple[float, float, float]
@@ -125,6 +126,30 @@ def test_a_panel_that_flashes_up_keeps_its_light(
     one = panel(roughness, 5.0)
     image, wanted = drawn(gl, one, turning(one, angle_deg, UPRIGHT), 200)
     # Steps of a third of a lobe.
+    assert image.sum() == pytest.approx(wanted.sum(), rel=0.01)
+
+
+def test_a_panel_flashes_up_where_it_is_at_that_time(gl: moderngl.Context) -> None:
+    """It turns by 20 deg and goes 40 px; 2.5 deg from the middle of the turn it is a mirror of the
+    Sun, for about a degree, 2 px. Two snapshots do, each in two lights; in one light each, the
+    flash would be in the middle of the second, 5 px off."""
+    one = panel(0.1, 5.0)
+    turns, goes = turning(one, 20.0, UPRIGHT), moving(one, 40.0)
+
+    def during(tai_ns: int) -> SceneState:
+        state = turns(tai_ns)
+        body, place = state.bodies["craft"], goes(tai_ns).bodies["craft"].pose.position
+        moved = replace(body, pose=replace(body.pose, position=place))
+        return replace(state, bodies={"craft": moved})
+
+    scene_of_it = moving_scene(one.at(one.epoch_tai_ns), "cam", during)
+    assert scene_of_it is not None
+    assert (scene_of_it.count, scene_of_it.light_parts) == (2, 2)
+    image, wanted = drawn(gl, one, during, 200)
+    x = np.arange(128) + 0.5
+    middle, right = (seen.sum(axis=0) @ x / seen.sum() for seen in (image, wanted))
+    assert abs(right - 64.0) > 4.0
+    assert middle == pytest.approx(right, abs=0.5)
     assert image.sum() == pytest.approx(wanted.sum(), rel=0.01)
 
 

@@ -15,6 +15,7 @@ from simgl.scenario.loader import scenario_from_dict
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState
 from simgl.simulator import Simulator
+from simgl.view.exposure_parts import moving_scene
 from tests.scenes import lambert, scene
 from tests.simulator.blurred_scenes import CAMERA, EXPOSURE, before, box, moving
 from tests.simulator.moving_scenes import BOX, FOCAL, RANGE, Motion, electrons
@@ -168,6 +169,24 @@ def test_what_passes_before_another_hides_it_for_as_long_as_it_does(gl: moderngl
     one = before({}, {"craft": dark, "behind": BOX})
     image, wanted = drawn(gl, one, moving(one, 4.0), 12)
     assert np.sqrt(np.mean(np.square(image - wanted))) < 0.004 * wanted.max()
+
+
+def test_what_stands_still_before_what_moves_is_a_layer_of_its_own(gl: moderngl.Context) -> None:
+    """A boom 20 m before the camera, and a box that goes 30 px behind it: one snapshot does."""
+    boom = {"box": {"size_m": [0.1, 0.5, 0.1], "material": lambert(0.2)}}
+    bodies = {
+        "craft": {"model": BOX, "position_icrf_m": [0.0, 0.0, 0.0]},
+        "boom": {"model": boom, "position_icrf_m": [0.1, 0.05, RANGE - 20.0]},
+    }
+    render = {"samples_per_pixel": 30}
+    one = scene(bodies, CAMERA, render=render, sun_direction=(0.3, 0.2, 1.0))
+    during = moving(one, 30.0)
+    over_exposure = moving_scene(one.at(one.epoch_tai_ns), "cam", during)
+    assert over_exposure is not None
+    assert over_exposure.count == 1
+    image, wanted = drawn(gl, one, during, 90)
+    assert np.sqrt(np.mean(np.square(image - wanted))) < 0.004 * wanted.max()
+    assert image.sum() == pytest.approx(wanted.sum(), rel=1e-3)
 
 
 @pytest.mark.parametrize("distortion", [{"k1": -0.3, "p1": 0.01}, {"model": "fisheye", "k1": 0.02}])
