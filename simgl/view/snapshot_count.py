@@ -32,7 +32,7 @@ LARGEST_TURN = float(np.radians(1.0))
 LONGEST_TURN = float(np.radians(12.0))
 # Turn over which lobes are averaged, of a body with the narrowest ones [rad]: of what flashes up
 # for less time the streak is as long as its way in that turn.
-_GLOSSY_TURN = float(np.radians(5.0))
+_GLOSSY_TURN = float(np.radians(2.5))
 # How far what hides something else moves against it in one snapshot [px].
 LARGEST_STEP = 1.0
 # The longest way along which one snapshot is swept [px].
