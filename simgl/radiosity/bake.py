@@ -11,6 +11,7 @@ from simgl.arrays import Array, Array32, IndexArray, Mask
 from simgl.progress import ProgressCallback, silent
 from simgl.radiosity.gather_points import (
     BURIED,
+    GAP,
     LIFT,
     GatherPoints,
     GatherRays,
@@ -261,7 +262,9 @@ def _nearness(mesh: Mesh, faces: Array, chosen: IndexArray, sides: int, shortest
             met = triangle >= 0
             behind = met & (np.einsum("ij,ij->i", faces[triangle], rays) > 0.0) & (sides == 1)
             outside = behind.reshape(-1, _LOOKS).mean(axis=1) <= BURIED
-            near = np.where(met, 1.0 / np.maximum(distance, shortest), 0.0)
+            # Across a narrow gap little light comes in, and little is seen of it.
+            counts_for = distance / (distance + GAP * mesh.radius)
+            near = np.where(met, counts_for / np.maximum(distance, shortest), 0.0)
             nearness += near.reshape(-1, _LOOKS).mean(axis=1) * outside
     return nearness / (len(_SPREAD) * sides)
 
