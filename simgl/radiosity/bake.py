@@ -344,8 +344,9 @@ _LITTLE = 0.02
 
 
 def largest(mesh: Mesh, points: GatherPoints, seen: GatherRays, settings: BakeSettings) -> Mask:
-    """(s,) the gather points that get all but a little of what light surfaces may send, by their
-    area and by how much of the body they see; none where more rays are not asked for."""
+    """(s,) the gather points that get all but a little of what light surfaces may send and is seen
+    from outside, by their area and by how much they see of the body and of the sky; none where more
+    rays are not asked for."""
     if settings.sun_rays <= settings.gather_rays:
         return np.zeros(len(points.origins), dtype=np.bool_)
     areas = np.repeat(face_normals(mesh)[1] / 3.0, 3)
@@ -353,7 +354,8 @@ def largest(mesh: Mesh, points: GatherPoints, seen: GatherRays, settings: BakeSe
     for of_vertex in points.of_vertex:
         corners = of_vertex[mesh.triangles.astype(np.int64)].ravel()
         light += np.bincount(corners, areas, minlength=len(light))
-    light *= np.where(seen.buried, 0.0, np.asarray(seen.hits.sum(axis=1)).ravel())
+    met = np.asarray(seen.hits.sum(axis=1)).ravel() / settings.gather_rays
+    light *= np.where(seen.buried, 0.0, met * np.maximum(1.0 - met, 0.0))
     order = np.argsort(light, kind="stable")
     much = np.cumsum(light[order]) > _LITTLE * light.sum()
     chosen = np.zeros(len(light), dtype=np.bool_)

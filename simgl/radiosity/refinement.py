@@ -34,17 +34,18 @@ def refined(mesh: Mesh, sides: int, added_triangles: int, edge_share: float) -> 
 
     Irradiance from surfaces changes over their harmonic mean distance d (Ward et al. 1988): linear
     interpolation along edges of length e errs by (e / d)^2 of it. Of all choices that cost as many
-    triangles, area / e^2, edges that go with the root of d have the least error over the area.
+    triangles, area / e^2, edges that go with d^(2/3) have the least squares of errors over the
+    area. Where nobody looks in, none are made.
     """
     lengths = edge_lengths(mesh)
     shortest = edge_share * mesh.radius
     faces, areas = face_normals(mesh)
     big = np.flatnonzero((lengths.max(axis=1) > shortest) & (areas > 0.0))
     nearness = np.maximum(_nearness(mesh, faces, big, sides, shortest), 1e-9 / mesh.radius)
-    root = np.sqrt(mesh.radius / nearness)
+    best = mesh.radius * (mesh.radius * nearness) ** (-2.0 / 3.0)
 
     def limits(multiple: float) -> Array:
-        return np.maximum(multiple * root, shortest)
+        return np.maximum(multiple * best, shortest)
 
     low, high = 1e-4, 1e4
     for _ in range(_ROUNDS):
@@ -74,7 +75,8 @@ def _pieces(lengths: Array, limits: Array) -> float:
 
 
 def _nearness(mesh: Mesh, faces: Array, chosen: IndexArray, sides: int, shortest: float) -> Array:
-    """(k,) mean of 1 / distance [m-1] over the directions above the chosen triangles.
+    """(k,) mean of 1 / distance [m-1] over the directions above the chosen triangles; 0 where no
+    ray leaves the body.
 
     Across a narrow gap it counts little: little light comes in, and little is seen of it.
     """
@@ -82,7 +84,7 @@ def _nearness(mesh: Mesh, faces: Array, chosen: IndexArray, sides: int, shortest
     corners = mesh.positions[mesh.triangles[chosen]].astype(np.float64)
     pattern = cosine_directions(_LOOKS)
     gap = GAP * mesh.radius
-    nearness = np.zeros(len(chosen))
+    nearness, sky = np.zeros(len(chosen)), np.zeros(len(chosen))
     for weights in _SPREAD:
         for side in (1.0, -1.0)[:sides]:
             n = side * faces[chosen]
@@ -95,4 +97,5 @@ def _nearness(mesh: Mesh, faces: Array, chosen: IndexArray, sides: int, shortest
             open_ = distance / (distance + gap)
             near = np.where(met, open_ / np.maximum(distance, shortest), 0.0)
             nearness += near.reshape(-1, _LOOKS).mean(axis=1) * outside
-    return nearness / (len(_SPREAD) * sides)
+            sky += (~met).reshape(-1, _LOOKS).mean(axis=1) * outside
+    return np.where(sky > 0.0, nearness / (len(_SPREAD) * sides), 0.0)

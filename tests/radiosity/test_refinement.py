@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from simgl.arrays import Mask
@@ -47,12 +49,24 @@ def test_slivers_count_by_how_often_their_edges_are_halved() -> None:
     assert _ADDED / 3.0 < added < 1.5 * _ADDED
 
 
-def test_edges_go_with_the_root_of_the_distance() -> None:
-    """Plates 5 and 40 cm apart: by the mean of 1 / distance over what they see (0.667 / d between
-    plates without end, less where they end) some ten times as near. Triangles go with 1 / edge^2,
-    here with 1 / distance, to a factor of two each as edges are halved; with edges as the distance
-    itself they would be a hundred times as many."""
-    mesh = joined(facing_plates(0.05), moved(facing_plates(0.4), (6.0, 0.0, 0.0)))
-    fine = refined(mesh, 1, _ADDED, 1.0 / 500.0)
-    close, far = near(fine, 0.0).sum(), near(fine, 6.0).sum()
-    assert 3.0 < close / far < 40.0
+def test_edges_go_with_two_thirds_of_the_distance_in_power() -> None:
+    """Plates 3 and 50 cm apart: by the mean of 1 / distance over all directions (0.667 / d between
+    plates without end, less where they end) 25 times as near. Triangles go with 1 / edge^2, so
+    with 25^(4/3) = 73, to a factor of two as edges are halved. With edges that go with the distance
+    itself they would be 650 times as many."""
+    mesh = joined(facing_plates(0.03), moved(facing_plates(0.5), (6.0, 0.0, 0.0)))
+    fine = refined(mesh, 1, 20_000, 1.0 / 2000.0)
+    ratio = near(fine, 0.0).sum() / near(fine, 6.0).sum()
+    assert 36.0 < ratio < 146.0
+
+
+def test_where_nobody_looks_in_triangles_stay() -> None:
+    """Two boxes, one in the other: none of the inner one's light comes from or goes to outside."""
+    outer = box((1.0, 1.0, 1.0))
+    inside = replace(outer, triangles=outer.triangles[:, ::-1].copy(), normals=-outer.normals)
+    skin = joined(box((1.02, 1.02, 1.02)), inside)
+    closed = joined(skin, box((0.5, 0.5, 0.5)))
+    beside = moved(box((1.0, 1.0, 1.0)), (1.2, 0.0, 0.0))
+    fine = refined(joined(closed, beside), 1, _ADDED, _EDGE_SHARE)
+    within = np.abs(fine.positions[fine.triangles]).max(axis=(1, 2)) < 0.505
+    assert within.sum() == len(inside.triangles) + 12
