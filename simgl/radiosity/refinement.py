@@ -72,9 +72,9 @@ def _pieces(lengths: Array, limits: Array) -> float:
     A triangle falls into four where all its edges are halved, into three and two where fewer are.
     """
     times = np.ceil(np.log2(np.maximum(lengths / limits[:, None], 1.0)))
-    fewest, most = times.min(axis=1), times.max(axis=1)
-    middle = times.sum(axis=1) - fewest - most
-    return float(np.sum(4.0**fewest * 3.0 ** (middle - fewest) * 2.0 ** (most - middle) - 1.0))
+    of_shortest, of_middle, of_longest = np.sort(times, axis=1).T
+    pieces = 4.0**of_shortest * 3.0 ** (of_middle - of_shortest) * 2.0 ** (of_longest - of_middle)
+    return float(np.sum(pieces - 1.0))
 
 
 def _nearness(mesh: Mesh, faces: Array, chosen: IndexArray, sides: int, shortest: float) -> Array:
