@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 import zmq
 from simgl_bridge import Client
+from simgl_bridge.sockets import LOOPBACK_RECEIVE_BUFFER
 
 from benchmarks.bridge.scene import SMALL, chaser, machine, server_process
 
@@ -183,6 +184,7 @@ def _floor(width: int, height: int, address: str) -> Iterator[Series]:
     context = zmq.Context()
     try:
         socket = context.socket(zmq.DEALER)
+        socket.setsockopt(zmq.RCVBUF, LOOPBACK_RECEIVE_BUFFER)
         socket.connect(address)
         request = [b"simgl/1", bytes(REQUEST_BYTES)]
 
