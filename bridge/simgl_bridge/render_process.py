@@ -20,7 +20,7 @@ import numpy as np
 from simgl.arrays import Image16
 from simgl.camera.camera import Camera
 from simgl.cli_progress import Activity, activity
-from simgl.errors import SimglError
+from simgl.errors import BridgeError, SimglError
 from simgl.figures.displays import thumbnail_from_dn
 from simgl.interruption import report_faults
 from simgl.scenario.loader import load_scenario
@@ -130,13 +130,14 @@ class Renderer:
             return error_of(error), ()
         except GpuLostError as error:
             problem = f"{error}; a new context is opened"
-            return self._refusal(ErrorCode.GPU_LOST, problem, retryable=True), ()
+            return self.refusal(ErrorCode.GPU_LOST, problem, retryable=True), ()
         # No task may end the service.
         except Exception as error:
             self.log.failure()
-            return self._refusal(ErrorCode.INTERNAL, f"{type(error).__name__}: {error}"), ()
+            return self.refusal(ErrorCode.INTERNAL, f"{type(error).__name__}: {error}"), ()
 
-    def _refusal(self, code: ErrorCode, problem: str, *, retryable: bool = False) -> Error:
+    def refusal(self, code: ErrorCode, problem: str, *, retryable: bool = False) -> Error:
+        """The report that a task cannot be done."""
         text = self.session.without_folder(problem)
         return error_of(BadMessageError(code, "", text, retryable=retryable))
 
@@ -207,7 +208,7 @@ def render_tasks(end: socket.socket, open_renderer: OpenRenderer) -> int:
             link.send(renderer.scene)
             while not isinstance(task := link.task(), Finish):
                 assert isinstance(task, Draw | DrawForBasilisk | Configure)
-                link.send(*renderer.answer(task))
+                _answer_task(link, renderer, task)
     except SimglError as error:
         link.send(Failure(detail=str(error)))
         return 2
@@ -215,6 +216,13 @@ def render_tasks(end: socket.socket, open_renderer: OpenRenderer) -> int:
         link.close()
     renderer.close()
     return 0
+
+
+def _answer_task(link: ServerLink, renderer: Renderer, task: Task) -> None:
+    try:
+        link.send(*renderer.answer(task))
+    except BridgeError as error:
+        link.send(renderer.refusal(ErrorCode.INTERNAL, f"{error}: the renderer's process"))
 
 
 def _with_preview(

@@ -19,7 +19,7 @@ import msgspec
 
 from simgl.errors import BridgeError
 from simgl_bridge.message_parts import ServerStatus
-from simgl_bridge.messages import Configure, Error, ErrorCode
+from simgl_bridge.messages import Configure, Error, ErrorCode, Message
 from simgl_bridge.renderer_messages import (
     ENCODER,
     REPORT_DECODER,
@@ -130,8 +130,8 @@ class RendererLink:
         assert self._process is not None
         # Before what it sent last is received.
         code = self._process.poll()
-        while frames := self._connection.receive():
-            report = REPORT_DECODER.decode(frames[0])
+        while (received := self._receive()) is not None:
+            report, payload = received
             if isinstance(report, Failure):
                 raise BridgeError(report.detail)
             if isinstance(report, Progress):
@@ -143,9 +143,18 @@ class RendererLink:
                 self._task = None
                 self._set_state("ready")
                 assert isinstance(report, Answer)
-                yield report, frames[1:]
+                yield report, payload
         if code is not None:
             yield from self._lost(_ending(code), is_killed=code < 0)
+
+    def _receive(self) -> tuple[Message, Payload] | None:
+        """The next report with its frames; None where nothing waits."""
+        try:
+            frames = self._connection.receive()
+        except BridgeError as error:
+            problem = f"{error}: the server's process"
+            return Error(id=None, code=ErrorCode.INTERNAL, field="", detail=problem), []
+        return (REPORT_DECODER.decode(frames[0]), frames[1:]) if frames else None
 
     def _report(self, report: Progress) -> None:
         self._state = msgspec.structs.replace(

@@ -10,7 +10,8 @@ import mmap
 import os
 import socket
 import weakref
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from itertools import accumulate, pairwise
 
 import msgspec
@@ -67,7 +68,11 @@ class Connection:
         return self._socket.fileno()
 
     def send(self, frames: Frames) -> None:
-        """Send a message; raises OSError where the other end is closed, or takes nothing."""
+        """Send a message.
+
+        Raises OSError where the other end is closed, or takes nothing, and BridgeError where there
+        is no memory.
+        """
         sizes = tuple(memoryview(frame).nbytes for frame in frames)
         free = tuple(self._released)
         del self._released[: len(free)]
@@ -93,6 +98,8 @@ class Connection:
         """The frames of the next message, read-only.
 
         Empty where the other end is closed, and where nothing waits at a socket that does not.
+
+        Raises BridgeError where there is no memory for the next message, which is lost.
         """
         try:
             datagram, descriptors, _, _ = socket.recv_fds(self._socket, _LONGEST_DATAGRAM, 1)
@@ -110,13 +117,22 @@ class Connection:
         self._sent.release(head.free)
         if head.memory is None:
             return _slices(content[start:], head.sizes)
-        for descriptor in descriptors:
-            self._received[head.memory] = mmap.mmap(descriptor, 0, prot=mmap.PROT_READ)
-            os.close(descriptor)
+        if descriptors:
+            self._map(head.memory, descriptors[0])
         # Frames refer to the array, and the array to the memory.
         whole = np.frombuffer(self._received[head.memory], np.uint8, sum(head.sizes))
         weakref.finalize(whole, self._released.append, head.memory)
         return _slices(whole.data, head.sizes)
+
+    def _map(self, number: int, descriptor: int) -> None:
+        try:
+            with _memory_errors():
+                self._received[number] = mmap.mmap(descriptor, 0, prot=mmap.PROT_READ)
+        except BridgeError:
+            self._released.append(number)
+            raise
+        finally:
+            os.close(descriptor)
 
     def close(self) -> None:
         """Hang up; frames that were received stay valid."""
@@ -153,9 +169,14 @@ class _SentMemory:
             self._free.remove(number)
         else:
             number = next(n for n in range(len(self._memory) + 1) if n not in self._memory)
-            descriptor = os.memfd_create("simgl-frames")
-            os.ftruncate(descriptor, size)
-            self._memory[number] = mmap.mmap(descriptor, size)
+            with _memory_errors():
+                descriptor = os.memfd_create("simgl-frames")
+                try:
+                    os.ftruncate(descriptor, size)
+                    self._memory[number] = mmap.mmap(descriptor, size)
+                except OSError:
+                    os.close(descriptor)
+                    raise
         while sum(len(self._memory[n]) for n in self._free) > _MAX_FREE:
             # The other end still has it mapped: its pages go at once.
             self._memory.pop(self._free.pop()).madvise(mmap.MADV_REMOVE)
@@ -165,6 +186,15 @@ class _SentMemory:
             whole[start : start + content.nbytes] = content
             start += content.nbytes
         return number, descriptor
+
+
+@contextmanager
+def _memory_errors() -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        problem = f"there is no memory for the images ({error.strerror})"
+        raise BridgeError(problem) from None
 
 
 def _slices(content: memoryview, sizes: Sequence[int]) -> list[memoryview]:

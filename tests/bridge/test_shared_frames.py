@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+import errno
 import gc
+import mmap
+import os
 import socket
 import threading
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from simgl_bridge import Client, RemoteError
 from simgl_bridge.shared_frames import Connection, socket_pair
+
+from simgl import Scenario
+from simgl.errors import BridgeError
 
 # Beyond what a datagram holds.
 LARGE = 300_000
@@ -120,3 +128,43 @@ def test_a_renderer_that_waits_notices_that_its_server_is_gone() -> None:
     assert renderer.is_cut
     ours.close()
     renderer.close()
+
+
+def no_memory(*_: Any, **__: Any) -> None:
+    """Takes the place of a call of the system."""
+    raise OSError(errno.ENOMEM, "Cannot allocate memory")
+
+
+NO_MEMORY = r"there is no memory for the images \(Cannot allocate memory\)"
+
+
+def test_a_message_without_memory_is_an_error_and_the_next_one_arrives(
+    ends: tuple[Connection, Connection], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    server, renderer = ends
+    open_files = len(os.listdir("/proc/self/fd"))
+    for fail_at_receiver in (False, True):
+        with monkeypatch.context() as patch:
+            if fail_at_receiver:
+                renderer.send([pixels(1)])
+            patch.setattr(mmap, "mmap", no_memory)
+            with pytest.raises(BridgeError, match=f"^{NO_MEMORY}$"):
+                server.receive() if fail_at_receiver else renderer.send([pixels(1)])
+        assert server.receive() == []
+        server.send([b"task"])
+        renderer.receive()
+        assert len(os.listdir("/proc/self/fd")) <= open_files + fail_at_receiver
+    renderer.send([pixels(2, 2 * LARGE)])
+    assert server.receive() == [pixels(2, 2 * LARGE)]
+
+
+def test_a_reply_that_does_not_fit_the_memory_is_refused_and_the_server_goes_on(
+    client: Client, scenario: Scenario, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    products = ("dn", "radiance", "depth")
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "memfd_create", no_memory)
+        with pytest.raises(RemoteError, match=f"INTERNAL: {NO_MEMORY}: the renderer's process$"):
+            client.render(scenario.epoch_tai_ns, "nav", products=products)
+    image = client.render(scenario.epoch_tai_ns, "nav", products=products)
+    assert image.planes["radiance"].shape == (48, 64, 4)
