@@ -35,11 +35,13 @@ class _Head(msgspec.Struct, frozen=True, array_like=True):
     sizes : of the frames [bytes]
     memory : number of the sender's memory that holds them; None where they follow
     free : numbers of the receiver's memory that the sender no longer reads
+    unmapped : those that the sender had no memory for
     """
 
     sizes: tuple[int, ...]
     memory: int | None
     free: tuple[int, ...]
+    unmapped: tuple[int, ...]
 
 
 _ENCODER = msgspec.msgpack.Encoder()
@@ -61,6 +63,7 @@ class Connection:
         self._received: dict[int, mmap.mmap] = {}
         # From whatever thread drops the last reference to frames.
         self._released: list[int] = []
+        self._unmapped: list[int] = []
         self.is_cut = False
 
     def fileno(self) -> int:
@@ -76,12 +79,13 @@ class Connection:
         sizes = tuple(memoryview(frame).nbytes for frame in frames)
         free = tuple(self._released)
         del self._released[: len(free)]
+        unmapped, self._unmapped = tuple(self._unmapped), []
         if sum(sizes) <= _INLINE:
-            self._send(_Head(sizes, None, free), frames, None)
+            self._send(_Head(sizes, None, free, unmapped), frames, None)
             return
         number, descriptor = self._sent.place(frames, sum(sizes))
         try:
-            self._send(_Head(sizes, number, free), (), descriptor)
+            self._send(_Head(sizes, number, free, unmapped), (), descriptor)
         finally:
             if descriptor is not None:
                 os.close(descriptor)
@@ -115,6 +119,7 @@ class Connection:
         start = _LENGTH + int.from_bytes(content[:_LENGTH], "little")
         head = _DECODER.decode(content[_LENGTH:start])
         self._sent.release(head.free)
+        self._sent.drop(head.unmapped)
         if head.memory is None:
             return _slices(content[start:], head.sizes)
         if descriptors:
@@ -129,7 +134,7 @@ class Connection:
             with _memory_errors():
                 self._received[number] = mmap.mmap(descriptor, 0, prot=mmap.PROT_READ)
         except BridgeError:
-            self._released.append(number)
+            self._unmapped.append(number)
             raise
         finally:
             os.close(descriptor)
@@ -159,6 +164,11 @@ class _SentMemory:
     def release(self, numbers: Sequence[int]) -> None:
         """The other end no longer reads these."""
         self._free.update(numbers)
+
+    def drop(self, numbers: Sequence[int]) -> None:
+        """The other end cannot read these."""
+        for number in numbers:
+            del self._memory[number]
 
     def place(self, frames: Frames, size: int) -> tuple[int, int | None]:
         """Copy frames to memory: its number and, the first time, its file descriptor."""
