@@ -23,8 +23,8 @@ from simgl_bridge.client_sessions import Frames
 # Longer messages go through shared memory; this fits into the send buffer of any socket.
 _INLINE = 64 * 1024
 _LONGEST_DATAGRAM = 2 * _INLINE
-# Memory that waits to be used again [bytes].
-_MAX_FREE = 64 * 1024 * 1024
+# Memory that waits to be used again is at most this many times as large as the last message.
+_MAX_FREE = 2
 # Memory this many times larger than a message is left to larger ones.
 _MAX_WASTE = 4
 
@@ -187,7 +187,7 @@ class _SentMemory:
                 except OSError:
                     os.close(descriptor)
                     raise
-        while sum(len(self._memory[n]) for n in self._free) > _MAX_FREE:
+        while sum(len(self._memory[n]) for n in self._free) > _MAX_FREE * size:
             # The other end still has it mapped: its pages go at once.
             self._memory.pop(self._free.pop()).madvise(mmap.MADV_REMOVE)
         whole, start = memoryview(self._memory[number]), 0
