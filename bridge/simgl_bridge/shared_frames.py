@@ -77,26 +77,25 @@ class Connection:
         is no memory.
         """
         sizes = tuple(memoryview(frame).nbytes for frame in frames)
+        if sum(sizes) <= _INLINE:
+            self._send(sizes, None, frames, ())
+            return
+        number, descriptors = self._sent.place(frames, sum(sizes))
+        try:
+            self._send(sizes, number, (), descriptors)
+        finally:
+            for descriptor in descriptors:
+                os.close(descriptor)
+
+    def _send(
+        self, sizes: tuple[int, ...], memory: int | None, frames: Frames, descriptors: Sequence[int]
+    ) -> None:
         free = tuple(self._released)
         del self._released[: len(free)]
         unmapped, self._unmapped = tuple(self._unmapped), []
-        if sum(sizes) <= _INLINE:
-            self._send(_Head(sizes, None, free, unmapped), frames, None)
-            return
-        number, descriptor = self._sent.place(frames, sum(sizes))
-        try:
-            self._send(_Head(sizes, number, free, unmapped), (), descriptor)
-        finally:
-            if descriptor is not None:
-                os.close(descriptor)
-
-    def _send(self, head: _Head, frames: Frames, descriptor: int | None) -> None:
-        encoded = _ENCODER.encode(head)
-        content = [len(encoded).to_bytes(_LENGTH, "little"), encoded, *frames]
-        if descriptor is None:
-            self._socket.sendmsg(content)
-        else:
-            socket.send_fds(self._socket, content, [descriptor])
+        head = _ENCODER.encode(_Head(sizes, memory, free, unmapped))
+        content = [len(head).to_bytes(_LENGTH, "little"), head, *frames]
+        socket.send_fds(self._socket, content, descriptors)
 
     def receive(self) -> list[memoryview]:
         """The frames of the next message, read-only.
@@ -170,10 +169,10 @@ class _SentMemory:
         for number in numbers:
             del self._memory[number]
 
-    def place(self, frames: Frames, size: int) -> tuple[int, int | None]:
-        """Copy frames to memory: its number and, the first time, its file descriptor."""
+    def place(self, frames: Frames, size: int) -> tuple[int, Sequence[int]]:
+        """Copy frames to memory: its number and, the first time only, its file descriptor."""
         fitting = [n for n in self._free if size <= len(self._memory[n]) <= _MAX_WASTE * size]
-        descriptor = None
+        descriptors = []
         if fitting:
             number = fitting[0]
             self._free.remove(number)
@@ -187,6 +186,7 @@ class _SentMemory:
                 except OSError:
                     os.close(descriptor)
                     raise
+            descriptors.append(descriptor)
         while sum(len(self._memory[n]) for n in self._free) > _MAX_FREE * size:
             # The other end still has it mapped: its pages go at once.
             self._memory.pop(self._free.pop()).madvise(mmap.MADV_REMOVE)
@@ -195,7 +195,7 @@ class _SentMemory:
             content = memoryview(frame).cast("B")
             whole[start : start + content.nbytes] = content
             start += content.nbytes
-        return number, descriptor
+        return number, descriptors
 
 
 @contextmanager
