@@ -124,9 +124,9 @@ class Connection:
         if descriptors:
             self._map(head.memory, descriptors[0])
         # Frames refer to the array, and the array to the memory.
-        whole = np.frombuffer(self._received[head.memory], np.uint8, sum(head.sizes))
-        weakref.finalize(whole, self._released.append, head.memory)
-        return _slices(whole.data, head.sizes)
+        array = np.frombuffer(self._received[head.memory], np.uint8, sum(head.sizes))
+        weakref.finalize(array, self._released.append, head.memory)
+        return _slices(array.data, head.sizes)
 
     def _map(self, number: int, descriptor: int) -> None:
         try:
@@ -190,10 +190,10 @@ class _SentMemory:
         while sum(len(self._memory[n]) for n in self._free) > _MAX_FREE * size:
             # The other end still has it mapped: its pages go at once.
             self._memory.pop(self._free.pop()).madvise(mmap.MADV_REMOVE)
-        whole, start = memoryview(self._memory[number]), 0
+        memory, start = memoryview(self._memory[number]), 0
         for frame in frames:
             content = memoryview(frame).cast("B")
-            whole[start : start + content.nbytes] = content
+            memory[start : start + content.nbytes] = content
             start += content.nbytes
         return number, descriptors
 
