@@ -812,11 +812,12 @@ class Client {
             }
             if (broke) throw no_answer("the connection broke", asked);
             const auto now = Clock::now();
-            if (starting && now >= deadline) throw no_answer("not ready in time", asked);
+            if (starting && now >= deadline)
+                throw no_answer(within("not done", starting->ready_timeout_s), asked);
             if (is_lost() && now >= after(start, reconnect_timeout_s_))
-                throw no_answer("no connection in time", asked);
+                throw no_answer(within("no connection", reconnect_timeout_s_), asked);
             if (now >= deadline || (starting && now >= after(heard, timeout_s_)))
-                throw no_answer(connected_ ? "no answer in time" : "no connection in time", asked);
+                throw no_answer(within(connected_ ? "no answer" : "no connection", timeout_s_), asked);
             if (starting && now >= after(ping, 1.0)) {
                 ping = now;
                 detail::Writer w;
@@ -902,7 +903,13 @@ class Client {
         return true;
     }
 
-    NoAnswer no_answer(const char *reason, const char *asked) const {
+    static std::string within(const char *what, double seconds) {
+        char line[64];
+        std::snprintf(line, sizeof line, "%s within %g s", what, seconds);
+        return line;
+    }
+
+    NoAnswer no_answer(const std::string &reason, const char *asked) const {
         std::string line = address_ + ": " + reason + ", waiting for " + asked + "; ";
         if (heard_) {
             char age[32];
