@@ -19,8 +19,9 @@ from pathlib import Path
 import numpy as np
 import zmq
 from simgl_bridge import Client
+from simgl_bridge.sockets import LOOPBACK_RECEIVE_BUFFER
 
-from benchmarks.bridge.scene import SMALL, chaser, machine, server_process
+from benchmarks.bridge.scene import chaser, machine, scenario_file, server_process
 
 SIZES = ((64, 48), (640, 480), (1280, 960), (2048, 2048))
 # Round trips of one kind before the next kind's turn.
@@ -108,9 +109,7 @@ def _compiled(folder: Path) -> Path | None:
 def _side_by_side(
     width: int, height: int, transport: str, frames: int, folder: Path, compiled: Path | None
 ) -> dict[str, object]:
-    text = SMALL.replace("width_px = 64", f"width_px = {width}")
-    path = folder / f"{width}.toml"
-    path.write_text(text.replace("height_px = 48", f"height_px = {height}"))
+    path = scenario_file(folder, width, height)
     addresses = [f"ipc://{folder / name}" for name in ("loop", "floor")]
     if transport == "tcp":
         addresses = ["tcp://127.0.0.1:5597", "tcp://127.0.0.1:5598"]
@@ -183,6 +182,7 @@ def _floor(width: int, height: int, address: str) -> Iterator[Series]:
     context = zmq.Context()
     try:
         socket = context.socket(zmq.DEALER)
+        socket.setsockopt(zmq.RCVBUF, LOOPBACK_RECEIVE_BUFFER)
         socket.connect(address)
         request = [b"simgl/1", bytes(REQUEST_BYTES)]
 

@@ -86,19 +86,19 @@ def _answers(process: subprocess.Popen[bytes], address: str) -> bool:
     return False
 
 
-def scenario_file(folder: Path) -> Path:
-    """The scene as a file."""
+def scenario_file(folder: Path, width: int = 64, height: int = 48) -> Path:
+    """The scene as a file, with images of a size [px]."""
+    text = SMALL.replace("width_px = 64", f"width_px = {width}")
     path = folder / "small.toml"
-    path.write_text(SMALL)
+    path.write_text(text.replace("height_px = 48", f"height_px = {height}"))
     return path
 
 
 def resident_kib(pid: int) -> int:
-    """Anonymous memory of a process in RAM [KiB]."""
-    for line in Path(f"/proc/{pid}/status").read_text().splitlines():
-        if line.startswith("RssAnon:"):
-            return int(line.split()[1])
-    raise RuntimeError(f"process {pid} says nothing of its memory")
+    """Memory of a process in RAM, its own and shared with other processes [KiB]."""
+    status = Path(f"/proc/{pid}/status").read_text()
+    fields = dict(line.split(":", 1) for line in status.splitlines())
+    return sum(int(fields[name].split()[0]) for name in ("RssAnon", "RssShmem"))
 
 
 def children(pid: int) -> list[int]:

@@ -27,22 +27,26 @@ REPORT_EVERY = 10_000
 
 def soak(frames: int, folder: Path) -> dict[str, object]:
     """The full loop with rendering; see ``checked_frames``."""
-    return checked_frames("simgl_bridge.commands", frames, folder)
+    return checked_frames("simgl_bridge.commands", frames, scenario_file(folder))
 
 
 def loop(frames: int, folder: Path) -> dict[str, object]:
-    """The loop without rendering: images are noise; see ``checked_frames``."""
-    return checked_frames("benchmarks.bridge.still", frames, folder)
+    """The loop without rendering: images are noise; see ``checked_frames``.
+
+    They are large enough to pass from renderer to server in shared memory.
+    """
+    return checked_frames("benchmarks.bridge.still", frames, scenario_file(folder, 256, 192))
 
 
-def checked_frames(server: str, frames: int, folder: Path) -> dict[str, object]:
+def checked_frames(server: str, frames: int, path: Path) -> dict[str, object]:
     """Request ``frames`` images of a server module; raises AssertionError at the first wrong one.
+
+    path : of the scenario
 
     The client checks id, time and state hash of every reply. Here the pixels are compared with
     those of the same state before, and of all other states: a stale image would differ.
     """
-    path = scenario_file(folder)
-    address = f"ipc://{folder / 'soak'}"
+    address = f"ipc://{path.parent / 'soak'}"
     known: dict[int, bytes] = {}
     # Written over once, so that its pages count from the start.
     seconds = np.full(frames, np.nan)

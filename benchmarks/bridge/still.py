@@ -14,8 +14,8 @@ from simgl.arrays import Image16
 from simgl.images import DigitalFrame, FrameInfo
 from simgl.scene.state import SceneState
 
-# Images up to this size encode the time of their state: 64 x 48 pixels.
-SMALL_PIXELS = 3072
+# Images up to this size encode the time of their state: 256 x 192 pixels.
+SMALL_PIXELS = 49152
 # One more than the largest DN.
 LEVELS = 4000
 

@@ -142,10 +142,10 @@ void render(simgl::Client &client, std::int64_t tai_ns, const simgl_shot *shots,
     const simgl::Tick tick = client.render(tai_ns, asked, poses, scene_of(scene), scene.seek != 0);
     for (std::size_t i = 0; i < shot_count; ++i) {
         const simgl::Image &image = tick.image(shots[i].camera);
-        const std::vector<std::uint16_t> dn = image.plane("dn").u16();
-        if (dn.size() > shots[i].pixel_count)
+        const simgl::Plane &dn = image.plane("dn");
+        if (dn.size() / 2 > shots[i].pixel_count)
             throw simgl::BadReply("an image is larger than its camera");
-        std::copy(dn.begin(), dn.end(), shots[i].pixels);
+        dn.copy_u16(shots[i].pixels);
         if (shots[i].info != nullptr) describe(tick, image, *shots[i].info);
     }
 }

@@ -418,29 +418,33 @@ class Plane {
     // The pixels in the byte order of this machine, big-endian ones too.
     std::vector<std::uint16_t> u16() const { return numbers<std::uint16_t>("<u2"); }
     std::vector<std::uint32_t> u32() const { return numbers<std::uint32_t>("<u4"); }
-    std::vector<float> f32() const {
-        const std::vector<std::uint32_t> bits = raw<std::uint32_t>("<f4");
-        std::vector<float> values(bits.size());
-        if (!bits.empty()) std::memcpy(values.data(), bits.data(), 4 * bits.size());
-        return values;
-    }
+    std::vector<float> f32() const { return numbers<float>("<f4"); }
+    // u16() into memory of the caller, which has room for size() / 2 pixels.
+    void copy_u16(std::uint16_t *pixels) const { copy("<u2", pixels); }
 
   private:
     friend class Client;
     detail::Frame frame_;
 
-    template <typename T> std::vector<T> numbers(const char *wanted) const { return raw<T>(wanted); }
-    template <typename T> std::vector<T> raw(const char *wanted) const {
-        if (dtype != wanted) throw Error("plane \"" + product + "\" holds " + dtype);
+    template <typename T> std::vector<T> numbers(const char *wanted) const {
         std::vector<T> values(size() / sizeof(T));
-        const unsigned char *at = data();
-        for (T &value : values) {
-            T v = 0;
-            for (std::size_t b = 0; b < sizeof(T); ++b)
-                v = static_cast<T>(v | static_cast<T>(*at++) << (8 * b));
-            value = v;
-        }
+        copy(wanted, values.data());
         return values;
+    }
+    template <typename T> void copy(const char *wanted, T *values) const {
+        if (dtype != wanted) throw Error("plane \"" + product + "\" holds " + dtype);
+        if (size() == 0) return;
+        std::memcpy(values, data(), size());
+        if (!is_big_endian()) return;
+        auto *bytes = reinterpret_cast<unsigned char *>(values);
+        for (std::size_t i = 0; i < size(); i += sizeof(T))
+            std::reverse(bytes + i, bytes + i + sizeof(T));
+    }
+    static bool is_big_endian() {
+        const std::uint16_t one = 1;
+        unsigned char first;
+        std::memcpy(&first, &one, 1);
+        return first == 0;
     }
 };
 
@@ -587,6 +591,9 @@ class Client {
         const std::int64_t largest = std::int64_t{16384} * 16384 * 16;
         zmq_setsockopt(socket_.get(), ZMQ_MAXMSGSIZE, &largest, sizeof largest);
         if (address_.rfind("tcp://[", 0) == 0) set(ZMQ_IPV6, 1);
+        // Of the loopback: the system would grow it until images no longer fit the processor's cache.
+        for (const char *host : {"tcp://127.", "tcp://localhost:", "tcp://[::1]:"})
+            if (address_.rfind(host, 0) == 0) set(ZMQ_RCVBUF, 512 * 1024);
         // Clients of one name must not take over each other's identity.
         std::random_device random;
         char identity[48];
@@ -805,11 +812,12 @@ class Client {
             }
             if (broke) throw no_answer("the connection broke", asked);
             const auto now = Clock::now();
-            if (starting && now >= deadline) throw no_answer("not ready in time", asked);
+            if (starting && now >= deadline)
+                throw no_answer(within("not done", starting->ready_timeout_s), asked);
             if (is_lost() && now >= after(start, reconnect_timeout_s_))
-                throw no_answer("no connection in time", asked);
+                throw no_answer(within("no connection", reconnect_timeout_s_), asked);
             if (now >= deadline || (starting && now >= after(heard, timeout_s_)))
-                throw no_answer(connected_ ? "no answer in time" : "no connection in time", asked);
+                throw no_answer(within(connected_ ? "no answer" : "no connection", timeout_s_), asked);
             if (starting && now >= after(ping, 1.0)) {
                 ping = now;
                 detail::Writer w;
@@ -895,7 +903,13 @@ class Client {
         return true;
     }
 
-    NoAnswer no_answer(const char *reason, const char *asked) const {
+    static std::string within(const char *what, double seconds) {
+        char line[64];
+        std::snprintf(line, sizeof line, "%s within %g s", what, seconds);
+        return line;
+    }
+
+    NoAnswer no_answer(const std::string &reason, const char *asked) const {
         std::string line = address_ + ": " + reason + ", waiting for " + asked + "; ";
         if (heard_) {
             char age[32];

@@ -64,7 +64,7 @@ class ImageReplies:
     def publish(self, images: Images, drawn: Drawn, payload: Payload) -> None:
         """Show a reply that was sent in previews and in the browser view."""
         if self._monitor is not None:
-            self._monitor.publish(images, drawn, payload[-1].buffer)
+            self._monitor.publish(images, drawn, payload[-1])
         if self._web is not None:
             self._web.offer(images, planes_of(drawn, payload), self._statistics())
 
@@ -72,4 +72,4 @@ class ImageReplies:
 def planes_of(drawn: Drawn, payload: Payload) -> list[memoryview]:
     """The planes as bytes, without a copy."""
     count = sum(len(image.planes) for image in drawn.images)
-    return [frame.buffer for frame in payload[:count]]
+    return payload[:count]

@@ -6,6 +6,7 @@ import ctypes
 import multiprocessing
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -67,18 +68,21 @@ class RendererOptions(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def start_renderer(
-    options: RendererOptions, address: str, chosen: str | None, seed: int | None
+    options: RendererOptions, connection: socket.socket, chosen: str | None, seed: int | None
 ) -> subprocess.Popen[bytes]:
-    """Start a renderer that connects to an address; it ends when this process does.
+    """Start a renderer; it ends when this process does.
 
+    connection : the renderer's end, which it inherits
     chosen, seed : what a client chose meanwhile; None leaves the options' own
     """
     if seed is not None:
         options = msgspec.structs.replace(options, chosen=chosen, seed=seed)
     text = msgspec.json.encode(options).decode()
     # Ctrl-C is for the server, which ends its renderer when the image in hand is sent.
+    end = connection.fileno()
     return subprocess.Popen(
-        [*RENDERER_COMMAND, address, str(os.getpid()), text],
+        [*RENDERER_COMMAND, str(end), str(os.getpid()), text],
+        pass_fds=(end,),
         start_new_session=True,
         env={**ONE_THREAD, **os.environ},
     )

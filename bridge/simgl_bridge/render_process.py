@@ -5,22 +5,22 @@
 
 from __future__ import annotations
 
-import os
+import socket
 import sys
 import time
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import msgspec
 import numpy as np
-import zmq
 
 from simgl.arrays import Image16
 from simgl.camera.camera import Camera
 from simgl.cli_progress import Activity, activity
-from simgl.errors import SimglError
+from simgl.errors import BridgeError, SimglError
 from simgl.figures.displays import thumbnail_from_dn
 from simgl.interruption import report_faults
 from simgl.scenario.loader import load_scenario
@@ -64,40 +64,30 @@ from simgl_bridge.renderer_messages import (
     Task,
 )
 from simgl_bridge.session_recording import SessionRecorder
-from simgl_bridge.sockets import receive, send
+from simgl_bridge.shared_frames import Connection
 
 # Shortest time between two reports of progress [s].
 _REPORT_INTERVAL = 0.1
-# Interval at which the end of the server is noticed where the system does not tell it [ms].
-_POLL_MS = 200
-# Time for the last report when the renderer ends [ms].
-_LINGER_MS = 2000
 
 
 class ServerLink:
-    """The renderer's end of the link: tasks of the server, and reports to it.
+    """The renderer's end of the link: tasks of the server, and reports to it."""
 
-    server_is_gone : whether nobody is left to render for
-    """
-
-    def __init__(self, address: str, server_is_gone: Callable[[], bool]) -> None:
-        self._server_is_gone = server_is_gone
-        self._context: zmq.Context[Any] = zmq.Context()
-        self._socket = self._context.socket(zmq.PAIR)
-        self._socket.connect(address)
+    def __init__(self, end: socket.socket) -> None:
+        self._connection = Connection(end)
         self._reported = 0.0
         self.report("loading the scenario")
 
     def task(self) -> Message:
         """The next task; Finish where the server is gone."""
-        while not (frames := receive(self._socket)):
-            if not self._socket.poll(_POLL_MS) and self._server_is_gone():
-                return Finish()
-        return TASK_DECODER.decode(frames[0].buffer)
+        frames = self._connection.receive()
+        return TASK_DECODER.decode(frames[0]) if frames else Finish()
 
     def send(self, report: Message, payload: Frames = ()) -> None:
         """Send a report with its frames."""
-        send(self._socket, [ENCODER.encode(report), *payload])
+        # Where the server is gone the next task is Finish.
+        with suppress(BrokenPipeError, ConnectionResetError):
+            self._connection.send([ENCODER.encode(report), *payload])
 
     def report(self, what: str, done: int = 0, total: int = 0) -> None:
         """Say what is being prepared; the steps of one thing at most ten times a second."""
@@ -108,8 +98,8 @@ class ServerLink:
         self.send(Progress(what=what, done=done, total=total))
 
     def close(self) -> None:
-        """Disconnect once everything is sent."""
-        self._context.destroy(linger=_LINGER_MS)
+        """Hang up; what was sent arrives."""
+        self._connection.close()
 
 
 @dataclass
@@ -140,13 +130,14 @@ class Renderer:
             return error_of(error), ()
         except GpuLostError as error:
             problem = f"{error}; a new context is opened"
-            return self._refusal(ErrorCode.GPU_LOST, problem, retryable=True), ()
+            return self.refusal(ErrorCode.GPU_LOST, problem, retryable=True), ()
         # No task may end the service.
         except Exception as error:
             self.log.failure()
-            return self._refusal(ErrorCode.INTERNAL, f"{type(error).__name__}: {error}"), ()
+            return self.refusal(ErrorCode.INTERNAL, f"{type(error).__name__}: {error}"), ()
 
-    def _refusal(self, code: ErrorCode, problem: str, *, retryable: bool = False) -> Error:
+    def refusal(self, code: ErrorCode, problem: str, *, retryable: bool = False) -> Error:
+        """The report that a task cannot be done."""
         text = self.session.without_folder(problem)
         return error_of(BadMessageError(code, "", text, retryable=retryable))
 
@@ -205,18 +196,19 @@ class Renderer:
 OpenRenderer = Callable[[ServerLink], Renderer]
 
 
-def render_tasks(
-    address: str, open_renderer: OpenRenderer, server_is_gone: Callable[[], bool]
-) -> int:
-    """Render the tasks of the server at an address until it has no more; returns the exit code."""
-    link = ServerLink(address, server_is_gone)
+def render_tasks(end: socket.socket, open_renderer: OpenRenderer) -> int:
+    """Render the tasks of a server until it has no more; returns the exit code.
+
+    end : the renderer's, of the connection
+    """
+    link = ServerLink(end)
     try:
         renderer = open_renderer(link)
         with renderer.session, renderer.log.library_warnings():
             link.send(renderer.scene)
             while not isinstance(task := link.task(), Finish):
                 assert isinstance(task, Draw | DrawForBasilisk | Configure)
-                link.send(*renderer.answer(task))
+                _answer_task(link, renderer, task)
     except SimglError as error:
         link.send(Failure(detail=str(error)))
         return 2
@@ -224,6 +216,13 @@ def render_tasks(
         link.close()
     renderer.close()
     return 0
+
+
+def _answer_task(link: ServerLink, renderer: Renderer, task: Task) -> None:
+    try:
+        link.send(*renderer.answer(task))
+    except BridgeError as error:
+        link.send(renderer.refusal(ErrorCode.INTERNAL, f"{error}: the renderer's process"))
 
 
 def _with_preview(
@@ -323,14 +322,12 @@ class _Preparation:
 
 def main() -> None:
     """The process."""
-    address, parent, options = sys.argv[1:]
+    end, parent, options = sys.argv[1:]
     end_with_parent(int(parent))
     report_faults()
     decoded = msgspec.json.decode(options, type=RendererOptions)
-    code = render_tasks(
-        address, lambda link: open_renderer(decoded, link), lambda: os.getppid() != int(parent)
-    )
-    sys.exit(code)
+    connection = socket.socket(fileno=int(end))
+    sys.exit(render_tasks(connection, lambda link: open_renderer(decoded, link)))
 
 
 if __name__ == "__main__":

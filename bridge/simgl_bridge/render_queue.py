@@ -6,14 +6,12 @@ import math
 import time
 from collections.abc import Hashable
 from dataclasses import dataclass
-from typing import Any
-
-import zmq
 
 from simgl_bridge.message_parts import ServerStatus
 from simgl_bridge.renderer_link import LONGEST_DRAW, Payload, RendererLink
 from simgl_bridge.renderer_messages import Answer, ServedScene
 from simgl_bridge.server import FairQueue, Work
+from simgl_bridge.shared_frames import Connection
 
 # Requests of one client that may be queued: n + 1 is rendered while n travels.
 WINDOW = 2
@@ -52,9 +50,9 @@ class RenderQueue:
         self._renderer.start()
 
     @property
-    def socket(self) -> zmq.Socket[Any]:
+    def connections(self) -> list[Connection]:
         """Where answers of the renderer arrive."""
-        return self._renderer.socket
+        return self._renderer.connections
 
     @property
     def status(self) -> ServerStatus:

@@ -2,26 +2,24 @@
 
 The server must answer at any moment, and a renderer holds Python's lock for minutes: while light is
 traced, a shader is compiled, or pixels are read back. So each has its own process. Messages and
-images cross a local socket in a folder that only this user can enter.
+images cross a pair of sockets and memory that both share.
 """
 
 from __future__ import annotations
 
-import shutil
 import signal
+import socket
 import subprocess
-import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from typing import Any, Protocol
+from typing import Protocol
 
 import msgspec
-import zmq
 
 from simgl.errors import BridgeError
 from simgl_bridge.message_parts import ServerStatus
-from simgl_bridge.messages import Configure, Error, ErrorCode
+from simgl_bridge.messages import Configure, Error, ErrorCode, Message
 from simgl_bridge.renderer_messages import (
     ENCODER,
     REPORT_DECODER,
@@ -33,19 +31,17 @@ from simgl_bridge.renderer_messages import (
     Task,
 )
 from simgl_bridge.server import print_line
-from simgl_bridge.sockets import receive, send
+from simgl_bridge.shared_frames import Connection, socket_pair
 
 # A renderer that does not return an image for this long is started again [s]; a request with a
 # longer deadline has that time.
 LONGEST_DRAW = 600.0
 # A renderer that dies this many times in a row while it starts is given up.
 MAX_EARLY_DEATHS = 5
-# What a renderer sent before it died is here once nothing has come for this long [s].
-_LAST_WORDS = 0.3
 # A renderer that was asked to end is killed after this [s].
 _PATIENCE = 5.0
 
-Payload = list[zmq.Frame]
+Payload = list[memoryview]
 
 
 class RendererHandle(Protocol):
@@ -61,9 +57,9 @@ class RendererHandle(Protocol):
         """Wait for its end; raises ``subprocess.TimeoutExpired``."""
 
 
-# Starts a renderer that connects to an address, with a scenario of the server's folder (None takes
+# Starts a renderer at its end of a connection, with a scenario of the server's folder (None takes
 # the first one) and a seed (None takes the scenario's own).
-StartRenderer = Callable[[str, str | None, int | None], RendererHandle]
+StartRenderer = Callable[[socket.socket, str | None, int | None], RendererHandle]
 
 
 class RendererLink:
@@ -73,38 +69,29 @@ class RendererLink:
     scene : what the renderer last said that it serves; None before the first time
     """
 
-    socket: zmq.Socket[Any]
+    _connection: Connection
 
     def __init__(self, start_renderer: StartRenderer) -> None:
         self._start_renderer = start_renderer
         self._process: RendererHandle | None = None
-        self._context: zmq.Context[Any] = zmq.Context()
         self._deaths = 0
         self._task: Task | None = None
         self._chosen: str | None = None
-        self._died_at: float | None = None
         self.scene: ServedScene | None = None
         self._set_state("starting", "the renderer's process")
 
     def start(self) -> None:
         """Start the renderer, which then says when it is ready."""
-        self._folder = tempfile.mkdtemp(prefix="simgl-")
-        self.socket = self._context.socket(zmq.PAIR)
-        self.socket.setsockopt(zmq.LINGER, 0)
-        address = f"ipc://{self._folder}/renderer"
-        try:
-            self.socket.bind(address)
-            seed = None if self.scene is None else self.scene.seed
-            self._process = self._start_renderer(address, self._chosen, seed)
-        except zmq.ZMQError as error:
-            self._remove_folder()
-            raise BridgeError(f"{address}: cannot be bound ({error.strerror})") from None
-        except BaseException:
-            self._remove_folder()
-            raise
+        ours, theirs = socket_pair()
+        self._connection = Connection(ours)
+        seed = None if self.scene is None else self.scene.seed
+        with theirs:
+            self._process = self._start_renderer(theirs, self._chosen, seed)
 
-    def _remove_folder(self) -> None:
-        shutil.rmtree(self._folder, ignore_errors=True)
+    @property
+    def connections(self) -> list[Connection]:
+        """Where answers arrive; none while the renderer ends."""
+        return [] if self._connection.is_cut else [self._connection]
 
     def _set_state(self, state: str, detail: str = "") -> None:
         self._state = ServerStatus(state=state, detail=detail)
@@ -128,18 +115,23 @@ class RendererLink:
             self._set_state("starting", "another scenario")
         else:
             self._set_state("drawing")
+        self._send(task)
+
+    def _send(self, task: Task | Finish) -> None:
         # One that has just died takes nothing, which is noticed soon.
-        with suppress(zmq.Again):
-            send(self.socket, [ENCODER.encode(task)])
+        with suppress(OSError):
+            self._connection.send([ENCODER.encode(task)])
 
     def answers(self) -> Iterator[tuple[Answer, Payload]]:
         """What has come back; a renderer that died answers its task with an Error.
 
         Raises BridgeError where it cannot start.
         """
-        while frames := receive(self.socket):
-            self._died_at = None
-            report = REPORT_DECODER.decode(frames[0].buffer)
+        assert self._process is not None
+        # Before what it sent last is received.
+        code = self._process.poll()
+        while (received := self._receive()) is not None:
+            report, payload = received
             if isinstance(report, Failure):
                 raise BridgeError(report.detail)
             if isinstance(report, Progress):
@@ -151,12 +143,20 @@ class RendererLink:
                 self._task = None
                 self._set_state("ready")
                 assert isinstance(report, Answer)
-                yield report, frames[1:]
-        yield from self._deaths_noticed()
+                yield report, payload
+        if code is not None:
+            yield from self._lost(_ending(code), is_killed=code < 0)
+
+    def _receive(self) -> tuple[Message, Payload] | None:
+        """The next report with its frames; None where nothing waits."""
+        try:
+            frames = self._connection.receive()
+        except BridgeError as error:
+            problem = f"{error}: the server's process"
+            return Error(id=None, code=ErrorCode.INTERNAL, field="", detail=problem), []
+        return (REPORT_DECODER.decode(frames[0]), frames[1:]) if frames else None
 
     def _report(self, report: Progress) -> None:
-        # It is connected: nothing stays behind if this process is killed.
-        self._remove_folder()
         self._state = msgspec.structs.replace(
             self._state, detail=report.what, done=report.done, total=report.total
         )
@@ -167,18 +167,6 @@ class RendererLink:
             self._chosen = self._task.scenario or self._chosen
         else:
             self._set_state("ready")
-
-    def _deaths_noticed(self) -> Iterator[tuple[Answer, Payload]]:
-        assert self._process is not None
-        code = self._process.poll()
-        if code is None:
-            return
-        now = time.monotonic()
-        if self._died_at is None:
-            self._died_at = now
-        if now - self._died_at < _LAST_WORDS:
-            return
-        yield from self._lost(_ending(code), is_killed=code < 0)
 
     def give_up_task(self) -> Iterator[tuple[Answer, Payload]]:
         """Kill a renderer that does not return."""
@@ -196,30 +184,26 @@ class RendererLink:
             if self._deaths == MAX_EARLY_DEATHS:
                 raise BridgeError(f"the renderer {reason}, {self._deaths} times in a row")
         print_line(f"simgl: the renderer {reason} and is started again")
-        task, self._task, self._died_at = self._task, None, None
+        task, self._task = self._task, None
         self._set_state("lost", f"the renderer {reason}")
-        self._disconnect()
+        self._connection.close()
         if task is not None:
             problem = f"the renderer {reason} and is started again"
             code = ErrorCode.RENDERER_LOST
             yield Error(id=None, code=code, field="", detail=problem, retryable=True), []
         self.start()
 
-    def _disconnect(self) -> None:
-        self.socket.close(linger=0)
-        self._remove_folder()
-
     def close(self) -> None:
         """End the renderer: at once, or in order where it waits for a task."""
-        if self._process is not None:
-            if self.is_free:
-                with suppress(zmq.Again, subprocess.TimeoutExpired):
-                    send(self.socket, [ENCODER.encode(Finish())])
-                    self._process.wait(_PATIENCE)
-            self._process.kill()
-            self._process.wait()
-            self._disconnect()
-        self._context.destroy(linger=0)
+        if self._process is None:
+            return
+        if self.is_free:
+            self._send(Finish())
+            with suppress(subprocess.TimeoutExpired):
+                self._process.wait(_PATIENCE)
+        self._process.kill()
+        self._process.wait()
+        self._connection.close()
 
 
 def _ending(code: int) -> str:

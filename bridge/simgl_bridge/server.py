@@ -141,7 +141,7 @@ def serve(
             due = min(queue.update(now), *(endpoint.update(now) for endpoint in endpoints))
             wait = max(min(due - now, IDLE), 0.0)
             poller = zmq.Poller()
-            for socket in (queue.socket, *(endpoint.socket for endpoint in endpoints)):
+            for socket in (*queue.connections, *(endpoint.socket for endpoint in endpoints)):
                 poller.register(socket, zmq.POLLIN)
             poller.poll(math.ceil(wait * 1000.0))
             for endpoint in endpoints:

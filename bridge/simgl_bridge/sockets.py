@@ -10,7 +10,7 @@ import zmq
 
 from simgl.errors import BridgeError
 from simgl_bridge.access import ClientKeys, reason
-from simgl_bridge.bind_address import is_ipv6
+from simgl_bridge.bind_address import is_ipv6, is_loopback
 
 HANDSHAKE_FAILURES = (
     zmq.EVENT_HANDSHAKE_FAILED_AUTH
@@ -19,6 +19,9 @@ HANDSHAKE_FAILURES = (
 )
 # The largest plane: radiance of 16384 x 16384 pixels.
 LARGEST_FRAME = 16384 * 16384 * 16
+# Receive buffer on the loopback. The system would begin with a quarter and grow it until images no
+# longer fit the processor's cache; another network needs that.
+LOOPBACK_RECEIVE_BUFFER = 512 * 1024
 # Requests and replies that may wait; the server's window is smaller.
 QUEUE = 8
 
@@ -52,6 +55,8 @@ def connect(
     socket.setsockopt(zmq.RECONNECT_IVL, 50)
     socket.setsockopt(zmq.HEARTBEAT_IVL, 1000)
     socket.setsockopt(zmq.HEARTBEAT_TIMEOUT, 10_000)
+    if is_loopback(address):
+        socket.setsockopt(zmq.RCVBUF, LOOPBACK_RECEIVE_BUFFER)
     if is_ipv6(address):
         socket.setsockopt(zmq.IPV6, 1)
     if keys is not None:

@@ -8,7 +8,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
@@ -111,7 +111,7 @@ class RendererThread:
 
     def __init__(
         self,
-        address: str,
+        connection: socket.socket,
         scenario: Scenario,
         made: list[WatchedSimulator],
         root: Path | None,
@@ -130,10 +130,9 @@ class RendererThread:
                 recorder.opened(renderer.scene, scenario_file=scenario.source, root=root)
             return renderer
 
-        self._killed = threading.Event()
-        self._thread = threading.Thread(
-            target=render_tasks, args=(address, open_renderer, self._killed.is_set)
-        )
+        # The server closes its copy.
+        self._connection = connection.dup()
+        self._thread = threading.Thread(target=render_tasks, args=(self._connection, open_renderer))
         self._thread.start()
 
     def poll(self) -> int | None:
@@ -142,7 +141,8 @@ class RendererThread:
 
     def kill(self) -> None:
         """A thread cannot be killed: it ends after its task."""
-        self._killed.set()
+        with suppress(OSError):
+            self._connection.shutdown(socket.SHUT_RDWR)
 
     def wait(self, timeout: float | None = None) -> int:
         """Wait for its end."""
@@ -201,9 +201,11 @@ def _started(
     stop = threading.Event()
     ready: Future[Endpoint] = Future()
 
-    def start_renderer(address: str, chosen: str | None, seed: int | None) -> RendererThread:
+    def start_renderer(
+        connection: socket.socket, chosen: str | None, seed: int | None
+    ) -> RendererThread:
         del chosen, seed
-        return RendererThread(address, scenario, made, root, overrides, recorder)
+        return RendererThread(connection, scenario, made, root, overrides, recorder)
 
     def run() -> None:
         try:

@@ -377,7 +377,7 @@ def test_the_cpp_client_skips_what_it_does_not_know(probe: Path, newer_address: 
 def test_the_cpp_client_without_a_server_gives_up_in_time(probe: Path) -> None:
     program = Program(probe, "tcp://127.0.0.1:1", "0.3")
     assert program.first == (
-        "error tcp://127.0.0.1:1: no connection in time, waiting for hello; "
+        "error tcp://127.0.0.1:1: no connection within 0.3 s, waiting for hello; "
         "never heard of it, no image before"
     )
     assert program.end() == 0
@@ -396,11 +396,13 @@ def test_the_cpp_client_knows_a_frozen_and_a_killed_server_and_goes_on_after_a_r
 ) -> None:
     with launched_server(scenario_path) as (process, address):
         # Before the heartbeat breaks the connection to a frozen server, after 10 s.
-        program = Program(probe, address, f"{min(limit(3.0), 8.0):g}")
+        timeout = f"{min(limit(3.0), 8.0):g}"
+        program = Program(probe, address, timeout)
         assert program.ask("nav") == "1 0"
         os.kill(process.pid, signal.SIGSTOP)
         frozen = program.ask("nav")
-        assert frozen.startswith(f"error {address}: no answer in time, waiting for render; last ")
+        line = f"error {address}: no answer within {timeout} s, waiting for render; last "
+        assert frozen.startswith(line)
         assert frozen.endswith("last image 1")
         process.kill()
         process.wait(limit(10.0))

@@ -192,7 +192,7 @@ class BasiliskEndpoint:
             del late
             if isinstance(answer, Error):
                 self._warn(f"no image: {answer.detail}", _NO_IMAGE)
-            png = payload[0].bytes if payload else b""
+            png = payload[0].tobytes() if payload else b""
             if png:
                 self._images.put(key, png, len(png))
             self._send_image(client, png)

@@ -21,7 +21,9 @@ public class SimglClient {
             if (frames == null) throw new Exception("no answer in time");
             frames.pop();
             JsonNode header = MESSAGEPACK.readTree(frames.pop().getData()), type = header.get("type");
-            if (List.of("error", "bye").contains(type.asText())) throw new Exception(header.toString());
+            if (type.asText().equals("error"))
+                throw new Exception(header.get("code").asText() + ": " + header.get("detail").asText());
+            if (type.asText().equals("bye")) throw new Exception("the server said goodbye");
             if (type.asText().equals(kind)) return new Reply(header, frames); // not the pong of a server that starts
         }
     }

@@ -34,7 +34,8 @@ function [header, frames] = ask(socket, kind, request) % the reply of a kind to 
     packed = frames.pop();
     header = messagepack.readTree(packed.getData());
     if strcmp(text(header, '/type'), kind), return; end
-    if any(strcmp(text(header, '/type'), {'error', 'bye'})), error(char(header.toString())); end
+    if strcmp(text(header, '/type'), 'error'), error('%s: %s', text(header, '/code'), text(header, '/detail')); end
+    if strcmp(text(header, '/type'), 'bye'), error('the server said goodbye'); end
   end
 end
 
