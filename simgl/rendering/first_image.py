@@ -1,4 +1,4 @@
-"""What the first image of a scenario waits for, made before it: tables, maps, light, shaders."""
+"""What images of a scenario would wait for, made before the first: tables, maps, light, shaders."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from simgl.rendering.camera_pipeline import CameraPipeline
 from simgl.rendering.renderer import Renderer
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState
+from simgl.view.background import SkyView, sky_view
 from simgl.view.frame_view import FrameView, frame_view
 
 
@@ -28,7 +29,18 @@ def prepare_first_image(
     """
     models = scenario.models_at_epoch() if scenario.inter_reflection else ()
     unseen = partial(_draw_unseen, renderer, pipeline, scenario)
-    renderer.prepare(models, scenario.earth, scenario.joint_light, progress, unseen)
+    sky = _first_sky(scenario)
+    renderer.prepare(models, scenario.earth, scenario.joint_light, progress, unseen, sky)
+
+
+def _first_sky(scenario: Scenario) -> SkyView | None:
+    """What the first spacecraft has around it at the epoch."""
+    state = scenario.at(scenario.epoch_tai_ns)
+    try:
+        return next((sky_view(state, *body) for body in state.bodies.items()), None)
+    except SimglError:
+        # Whoever asks for an image is told.
+        return None
 
 
 def _draw_unseen(renderer: Renderer, pipeline: CameraPipeline, scenario: Scenario) -> None:
