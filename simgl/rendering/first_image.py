@@ -12,7 +12,7 @@ from simgl.rendering.camera_pipeline import CameraPipeline
 from simgl.rendering.renderer import Renderer
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState
-from simgl.view.background import SkyView, sky_view
+from simgl.view.background import sky_view
 from simgl.view.frame_view import FrameView, frame_view
 
 
@@ -29,22 +29,25 @@ def prepare_first_image(
     """
     models = scenario.models_at_epoch() if scenario.inter_reflection else ()
     unseen = partial(_draw_unseen, renderer, pipeline, scenario)
-    sky = _first_sky(scenario)
-    renderer.prepare(models, scenario.earth, scenario.joint_light, progress, unseen, sky)
+    renderer.prepare(models, scenario.earth, scenario.joint_light, progress, unseen)
+    _prepare_skies(renderer, scenario)
 
 
-def _first_sky(scenario: Scenario) -> SkyView | None:
-    """What the first spacecraft has around it at the epoch."""
+def _prepare_skies(renderer: Renderer, scenario: Scenario) -> None:
+    """Compile what draws the skies of spacecraft; nothing is left to do the second time."""
     state = scenario.at(scenario.epoch_tai_ns)
     try:
-        return next((sky_view(state, *body) for body in state.bodies.items()), None)
+        sky = next((sky_view(state, *body) for body in state.bodies.items()), None)
     except SimglError:
         # Whoever asks for an image is told.
-        return None
+        return
+    if sky is not None:
+        renderer.skies.prepare(sky)
 
 
 def _draw_unseen(renderer: Renderer, pipeline: CameraPipeline, scenario: Scenario) -> None:
     """What the first camera for visible light sees at the epoch, dark where light is traced."""
+    _prepare_skies(renderer, scenario)
     visible = (name for name, camera in scenario.cameras.items() if camera.thermal is None)
     camera = next(visible, None)
     if camera is None:

@@ -141,12 +141,10 @@ class Renderer:
         joint_light: JointLight = "exact",
         progress: ProgressCallback | None = None,
         meanwhile: Callable[[], None] | None = None,
-        sky: SkyView | None = None,
     ) -> None:
         """Trace how the surfaces of models see each other, and make the tables of the Earth's air
         and the Earth's maps, so that no frame waits for it.
 
-        sky : of some spacecraft, for which programs are compiled
         meanwhile : called where something has to be traced, once all else is made
         """
         models = tuple(models)
@@ -161,8 +159,6 @@ class Renderer:
             if earth is not None:
                 self._planet.prepare(earth, progress)
                 self._probes.prepare()
-            if sky is not None:
-                self.skies.prepare(sky)
             if to_trace and meanwhile is not None:
                 begin_stage(progress, "compiling shaders of the first image")
                 meanwhile()
