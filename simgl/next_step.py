@@ -62,5 +62,5 @@ class StepWatch:
         left = (index - 0.5 * ahead - place) / pace
         if left > FARTHEST_FRAMES:
             return None
-        whole = max(floor(left), 0)
-        return NextStep(index=index, frames=max(whole, 1), enters=whole + 1)
+        between = max(floor(left), 0)
+        return NextStep(index=index, frames=max(between, 1), enters=between + 1)

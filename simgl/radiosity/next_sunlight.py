@@ -39,7 +39,7 @@ class NextSunlight:
         if not last:
             return
         with self._lock:
-            for node in corners_next(*last, direction) if len(last) > 1 else ():
+            for node in corners_next(last[0], last[-1], direction):
                 for _ in range(response.parts_left(node)):
                     response.make_part(node)
             for nodes, frames in corners_ahead(last[-1], direction):
