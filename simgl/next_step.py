@@ -23,10 +23,12 @@ class NextStep:
 
     index : of the step
     frames : that are left to make it, one at least
+    enters : how many frames later it is needed
     """
 
     index: int
     frames: int
+    enters: int
 
     def due(self, parts: int) -> int:
         """How many of so many parts to make now."""
@@ -60,4 +62,5 @@ class StepWatch:
         left = (index - 0.5 * ahead - place) / pace
         if left > FARTHEST_FRAMES:
             return None
-        return NextStep(index=index, frames=max(floor(left), 1))
+        between = max(floor(left), 0)
+        return NextStep(index=index, frames=max(between, 1), enters=between + 1)

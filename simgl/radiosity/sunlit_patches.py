@@ -25,7 +25,8 @@ from simgl.radiosity.solver import (
 # Steps of the grid of directions from one end of an axis to the other: half a degree each, the
 # width of the Sun. What light a patch gets is linear between three of them, as in a penumbra.
 _STEPS = 360
-# A direction that goes on by more than a third of a step from frame to frame has no way to follow.
+# A direction that goes on by more than a third of a step from frame to frame comes to others in
+# each; it has a way to follow where it goes on twice by the same, to within that.
 _FASTEST = np.radians(0.5) / 3.0
 # Directions of the grid in memory; the Sun crosses some of them a minute.
 CAPACITY = 64
@@ -248,6 +249,20 @@ def corners_ahead(last: Array, now: Array) -> Iterator[tuple[tuple[Node, ...], i
         frame += int(left) + 1
         if frame > 1:
             yield _triangle_around(now + frame * step), frame - 1
+
+
+def corners_next(before: Array, last: Array, now: Array) -> tuple[Node, ...]:
+    """Corners of the grid's triangle that a direction is in one frame later, if it goes on in equal
+    long steps; none for short ones, which ``corners_ahead`` follows, and for unequal ones.
+
+    before, last, now : (3,) unit, in the last frames and in this one
+    """
+    step = now - last
+    change = step - (last - before)
+    fastest2 = _FASTEST**2
+    if float(step @ step) < fastest2 or float(change @ change) > fastest2:
+        return ()
+    return _triangle_around(now + step)
 
 
 def direction_of(node: Node) -> Array:

@@ -1,4 +1,4 @@
-"""What the first image of a scenario waits for, made before it: tables, maps, light, shaders."""
+"""What images of a scenario would wait for, made before the first: tables, maps, light, shaders."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from simgl.rendering.renderer import Renderer
 from simgl.rendering.still_scene import with_settings
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState
+from simgl.view.background import sky_view
 from simgl.view.frame_view import FrameView, frame_view
 
 
@@ -31,10 +32,24 @@ def prepare_first_image(
     models = scenario.models_at_epoch() if scenario.inter_reflection else ()
     unseen = partial(_draw_unseen, renderer, pipeline, scenario)
     renderer.prepare(models, scenario.earth, scenario.joint_light, progress, unseen)
+    _prepare_skies(renderer, scenario)
+
+
+def _prepare_skies(renderer: Renderer, scenario: Scenario) -> None:
+    """Compile what draws the skies of spacecraft; nothing is left to do the second time."""
+    state = scenario.at(scenario.epoch_tai_ns)
+    try:
+        sky = next((sky_view(state, *body) for body in state.bodies.items()), None)
+    except SimglError:
+        # Whoever asks for an image is told.
+        return
+    if sky is not None:
+        renderer.skies.prepare(sky)
 
 
 def _draw_unseen(renderer: Renderer, pipeline: CameraPipeline, scenario: Scenario) -> None:
     """What the first camera for visible light sees at the epoch, dark where light is traced."""
+    _prepare_skies(renderer, scenario)
     visible = (name for name, camera in scenario.cameras.items() if camera.thermal is None)
     camera = next(visible, None)
     if camera is None:

@@ -29,6 +29,11 @@ class SkyRenderer:
         self._targets = TargetStore(ctx)
         self._skies = LruCache[tuple[object, ...], SkyRadiance](_SKIES)
 
+    def prepare(self, view: SkyView) -> None:
+        """Compile what draws skies wherever the spacecraft goes, so that no image waits for it."""
+        for texels in (SKY_TEXELS, LIMB_TEXELS):
+            self._planet.prepare_sky(view, texels, self._target(texels, 0).framebuffer)
+
     def sky(self, view: SkyView) -> SkyRadiance:
         """Drawn and read back, or found again."""
         return self.begin(view)()

@@ -195,6 +195,45 @@ def test_no_image_of_an_even_climb_marches_a_whole_table(gl: moderngl.Context) -
         np.testing.assert_array_equal(alone.read(), climbed)
 
 
+def test_tables_of_the_next_height_are_marched_once_where_the_sun_moves_on(
+    gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Images 5 s apart, in each of which the Sun passes a node or two and of which twelve make a
+    step of height: for the Sun that comes with that step, not for those before it."""
+    up, north = np.eye(3)[:2]
+    angles = np.radians(85.0 + 0.3255 * np.arange(80))
+    heights = 400e3 * np.exp(2.0**-10 * np.arange(80) / 12.0)
+    marched = 0
+
+    def images(look: Any, *, ahead: bool) -> int:
+        nonlocal marched
+        marched = 0
+        for height, angle in zip(heights, angles, strict=True):
+            sun, place = np.cos(angle) * up + np.sin(angle) * north, (RADIUS + height) * up
+            if ahead:
+                look.air.ahead(planet_view(sphere(0.3), place, -up, sun), "camera")
+            look.ray(sphere(0.3), place, -up, sun)
+        return marched
+
+    fill = air_march.AirMarch.fill
+
+    def counted(self: air_march.AirMarch, *given: Any) -> None:
+        nonlocal marched
+        marched += 1
+        fill(self, *given)
+
+    monkeypatch.setattr(air_march.AirMarch, "fill", counted)
+    with window(gl) as look:
+        needed = images(look, ahead=False)
+    with window(gl) as look:
+        made = images(look, ahead=True)
+    # Of the seventh step, which no image reaches, up to a whole table; and where the angle at which
+    # a step begins is an image off, an image's nodes, two at most, in each of the other steps.
+    assert needed <= made <= needed + 5 * PARTS + 6 * 2 * PARTS
+    # Each of these steps takes a table.
+    assert needed >= 7 * 5 * PARTS
+
+
 def test_a_way_back_finds_the_same_tables(gl: moderngl.Context) -> None:
     """Nodes that were overwritten by those of a Sun far off are marched again."""
     up = np.eye(3)[0]

@@ -13,7 +13,13 @@ from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.next_sunlight import NextSunlight
 from simgl.radiosity.precomputed_response import PrecomputedResponse
 from simgl.radiosity.solver import reflectors
-from simgl.radiosity.sunlit_patches import Node, SunlitPatches, corners_ahead, grid_corners
+from simgl.radiosity.sunlit_patches import (
+    Node,
+    SunlitPatches,
+    corners_ahead,
+    corners_next,
+    grid_corners,
+)
 from tests.radiosity.boxes import open_box, white
 from tests.radiosity.test_light_grids import baked
 
@@ -21,6 +27,8 @@ SUNLIGHT = np.array([154.0, 175.0, 172.0, 313.0])
 # Of an orbit in frames 0.1 s apart, 7 mdeg, and 1 s apart: 70 and 7 frames from one edge of the
 # grid to another.
 PACES = np.radians([0.0068, 0.068])
+# The same 5 and 30 s apart: the Sun comes to other directions of the grid in each frame.
+LONG_PACES = np.radians([0.34, 2.0])
 
 
 def way(pace: float, frames: int) -> list[Array]:
@@ -79,6 +87,42 @@ def test_what_is_made_in_parts_has_the_bits_of_what_is_made_at_once(
     np.testing.assert_array_equal(one.vertices, other.vertices)
     np.testing.assert_array_equal(one.nodes, other.nodes)
     assert np.any(one.vertices)
+
+
+@pytest.mark.parametrize("pace", LONG_PACES)
+def test_the_corners_after_equal_long_steps_are_those_of_the_next_frame(pace: float) -> None:
+    directions = way(pace, 100)
+    found = [set(corners_next(*directions[i : i + 3])) for i in range(97)]
+    # A great circle bends by the square of a step, 4e-5 or 1e-3 rad: where that leads to the
+    # triangle beside, both share two corners. One edge in pace / 0.5 deg is passed, or is near.
+    same = [nodes == nodes_of(directions[i + 3]) for i, nodes in enumerate(found)]
+    assert np.mean(same) > (0.97 if pace < 0.01 else 0.7)
+    assert all(len(nodes & nodes_of(directions[i + 3])) >= 2 for i, nodes in enumerate(found))
+
+
+def test_no_corners_are_next_after_short_or_unequal_steps() -> None:
+    first, second, third, fourth = way(LONG_PACES[0], 4)
+    assert corners_next(first, second, third)
+    assert not corners_next(first, second, fourth)
+    assert not corners_next(second, first, second)
+    assert not corners_next(second, second, third)
+    assert not corners_next(*way(PACES[1], 3))
+
+
+def test_a_sun_in_long_steps_finds_its_light_made() -> None:
+    """In all frames but the first three, in which no two equal steps are known yet."""
+    transport = open_box()
+    response = PrecomputedResponse(
+        transport, reflectors(transport, white(0.8)), SunlitPatches(transport)
+    )
+    ahead, lacking = NextSunlight(), 0
+    for frame, direction in enumerate(way(LONG_PACES[0], 60)):
+        if frame > 2:
+            lacking += sum(response.parts_left(node) > 0 for node in nodes_of(direction))
+        response.of_sun_at_vertices(direction, SUNLIGHT)
+        ahead.make_ahead(0, response, direction)
+    # A corner of a triangle that the bend of the way leads to.
+    assert lacking <= 1
 
 
 @pytest.mark.parametrize("pace", PACES)

@@ -117,8 +117,10 @@ class AtmospherePass:
         self._views = LruCache[tuple[object, ...], ImageTarget](_CAPACITY, self._unused.append)
         self._last: tuple[tuple[object, ...], AirTables, AirBefore] | None = None
         self._watches: dict[str, StepWatch] = {}
-        # Angles of the Sun, and of the Moon (True), that the images since the last ``ahead`` saw.
+        # Angles of the Sun, and of the Moon (True), that the images since the last ``ahead`` saw,
+        # and what they were at the last one of each viewer.
         self._angles: dict[bool, float] = {}
+        self._last_angles: dict[str, dict[bool, float]] = {}
 
     def prepare(self, earth: Earth, progress: ProgressCallback | None = None) -> None:
         """Make the tables that do not depend on a view, so that no frame waits for them."""
@@ -166,10 +168,17 @@ class AtmospherePass:
         viewer : whose height is followed from image to image
         """
         angles, self._angles = self._angles, {}
+        last, self._last_angles[viewer] = self._last_angles.get(viewer, {}), angles
         step = self._watches.setdefault(viewer, StepWatch()).next_step(height_place(planet.height))
         kind = _kind_of(planet.earth)
         if step is not None and kind is not None:
-            self._nodes.fill_ahead(self._tables_of(kind), kind, step, angles)
+            # Those known are of the image before.
+            images = step.enters + 1
+            coming = {
+                moonlit: angle + images * (angle - last.get(moonlit, angle))
+                for moonlit, angle in angles.items()
+            }
+            self._nodes.fill_ahead(self._tables_of(kind), kind, step, coming)
 
     def between(self, segment: AirSegment | None) -> AirBetween | None:
         """The air before a spacecraft; None where there is none. Read back: 4 ms on a CPU."""

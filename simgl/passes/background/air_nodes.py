@@ -143,10 +143,13 @@ class AirNodes:
     ) -> None:
         """March what is due of the step of height that comes next.
 
-        angles : of the Sun's light and of moonlight, as far as they are in use [rad]
+        angles : of the Sun's light and of moonlight when it comes, as far as they are in use [rad]
         """
         height = exp(step.index * _HEIGHT_STEP)
-        wanted = [(self.of(kind, height, moonlit=m), angle) for m, angle in angles.items()]
+        wanted = [
+            (self.of(kind, height, moonlit=m), min(max(angle, 0.0), pi))
+            for m, angle in angles.items()
+        ]
         missing = [
             (nodes, part)
             for nodes, angle in wanted

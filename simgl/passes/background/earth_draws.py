@@ -13,6 +13,7 @@ from simgl.passes.background.tile_kinds import (
     kinds_at_corners,
     lights_and_seasons,
 )
+from simgl.physics.air_profile import AIR_TOP
 from simgl.scene.noise_projection import LEVELS, TEXEL_KM
 from simgl.view.background_tiles import MERGED, TILE, BackgroundTiles, GroundTiles
 
@@ -33,12 +34,14 @@ def earth_draws(
     magnified: bool,
     hardware: bool,
 ) -> TileDraws:
-    """Every tile with the cheapest program that serves it.
+    """Every tile of an image with the cheapest program that serves it, all of a sky with one.
 
     dark : tiles with lamps and the airglow's light
     magnified : the maps' texels are larger than pixels
     hardware : a GPU draws, which chooses for itself among the halvings of the maps
     """
+    if lit.of_sky:
+        return sky_draws(lit, tiles.ground | tiles.even | tiles.finer, tiles.air, variant)
     draws, ground = TileDraws(), tiles.ground
     if variant in _EVEN:
         # Whether large tiles span small angles.
@@ -52,9 +55,47 @@ def earth_draws(
         ground = ground | tiles.even | tiles.finer
     for kind, mask in lights_and_seasons(ground, dark, tiles):
         draws.add("planet/planet", mask, (*kind, *variant))
-    if "AIR" in variant:
-        draws.add("planet/air", tiles.air, variant)
+    _add_air(draws, tiles.air, variant)
     return draws
+
+
+def sky_draws(lit: LitEarth, ground: Mask, air: Mask, variant: tuple[str, ...]) -> TileDraws:
+    """Of a sky, whatever it shows: no place on an orbit needs a program more, for which an image
+    would wait. Skies have so few pixels that those for some of their tiles save nothing.
+
+    ground, air : tiles (images, rows, columns) with anything of the ground, and with air alone
+    """
+    draws = TileDraws()
+    kind = ("NIGHT", *("FROST",) * lit.planet.earth.frost, "GLINT") if lit.mapped else ()
+    draws.add("planet/planet", ground, (*kind, *variant))
+    _add_air(draws, air, variant)
+    return draws
+
+
+def glow_draws(lit: LitEarth, inner: Mask, rim: Mask) -> TileDraws:
+    """The airglow over tiles on the ground, and over those with air on them."""
+    return _over_all(lit, "planet/glow", inner, rim)
+
+
+def aurora_draws(lit: LitEarth, inner: Mask, rim: Mask) -> TileDraws:
+    """The aurora over tiles without air on them, and with it."""
+    return _over_all(lit, "planet/aurora", inner, rim)
+
+
+def _over_all(lit: LitEarth, program: str, inner: Mask, rim: Mask) -> TileDraws:
+    # Maps move the air's tables to other texture units.
+    maps = ("EARTH_MAPS",) if lit.mapped else ()
+    inside = ("AIR_INSIDE",) if lit.planet.height < AIR_TOP else ()
+    draws = TileDraws()
+    draws.add(program, inner, maps)
+    draws.add(program, rim, (*maps, "AIR", *inside))
+    return draws
+
+
+def _add_air(draws: TileDraws, air: Mask, variant: tuple[str, ...]) -> None:
+    if "AIR" in variant:
+        # It has nothing of the chart, near or far.
+        draws.add("planet/air", air, tuple(d for d in variant if d != "FAR"))
 
 
 def _steps(known: GroundTiles, *, noise: bool, maps: bool) -> IndexArray:

@@ -29,6 +29,7 @@ class LitEarth:
     background : of the first image; of the others it has the size and the Sun
     areas : x, y, width, height of the target's rectangle of each [pixels]
     block : of the uniforms of this light, with a slot for each image
+    of_sky : whether the images are what a spacecraft has around it
     """
 
     planet: PlanetView
@@ -38,6 +39,7 @@ class LitEarth:
     areas: tuple[Box, ...]
     state: State
     block: UniformBuffer
+    of_sky: bool
 
     @property
     def mapped(self) -> bool:

@@ -18,7 +18,7 @@ from simgl.gpu.uniform_blocks import UniformBuffer
 from simgl.passes.background.air import AIR_SAMPLERS, AirBefore, AtmospherePass
 from simgl.passes.background.air_march import AIR_VIEW
 from simgl.passes.background.air_tables import AIR
-from simgl.passes.background.earth_draws import earth_draws
+from simgl.passes.background.earth_draws import aurora_draws, earth_draws, glow_draws, sky_draws
 from simgl.passes.background.earth_textures import (
     BAND_SAMPLERS,
     CHARTS,
@@ -58,7 +58,6 @@ from simgl.passes.background.tile_kinds import (
     TileDraws,
     moonlit_below,
 )
-from simgl.physics.air_profile import AIR_TOP
 from simgl.physics.spectrum import BANDS
 from simgl.progress import ProgressCallback, begin_stage
 from simgl.scene.earth import Earth
@@ -131,7 +130,7 @@ class PlanetPass:
         """
         earth = None
         if background.planet is not None:
-            lit = self._sunlit(background, [background.planet], target, [area])
+            lit = self._sunlit(background, [background.planet], target, [area], of_sky=False)
             earth = self._planned(lit, hidden)
         return PlannedImage(background=background, target=target, area=area, earth=earth)
 
@@ -172,11 +171,30 @@ class PlanetPass:
         planets = [face.planet for face in faces if face.planet is not None]
         if planets:
             areas = [(0, row * texels, texels, texels) for row in rows]
-            lit = self._sunlit(faces[rows[0]], planets, target, areas)
+            lit = self._sunlit(faces[rows[0]], planets, target, areas, of_sky=True)
             planned = self._planned(lit, brightest=brightest)
             self._draw_earths(planned)
             drawn[rows] = planned.sunlit.tiles.any
         return drawn
+
+    def prepare_sky(self, sky: SkyView, texels: int, target: moderngl.Framebuffer) -> None:
+        """Compile what draws skies of so many texels anywhere on an orbit, by draws that reach no
+        pixel: by the Sun and the Moon, with airglow and aurora."""
+        face = next((face for face in sky.with_edge(texels) if face.planet is not None), None)
+        if face is None or face.planet is None:
+            return
+        lit = self._sunlit(face, [face.planet], target, [(0, 0, texels, texels)], of_sky=True)
+        planned, any_tile = self._planned(lit).sunlit, np.ones((1, 1, 1), dtype=bool)
+        variant = variant_of(lit.planet, self._air.before(lit.planet), far=lit.far)
+        draws = sky_draws(lit, any_tile, any_tile, variant)
+        for state in (self.more, lit.state):
+            lit = replace(lit, areas=((0, 0, 0, 0),), state=state)
+            self._draw_lit(replace(planned, lit=lit, covered=any_tile, draws=draws))
+        self._begin(lit, self.more)
+        if lit.planet.earth.airglow:
+            self._draw_faces(lit, glow_draws(lit, any_tile, any_tile))
+        if lit.planet.earth.aurora_kp is not None:
+            self._draw_faces(lit, aurora_draws(lit, any_tile, any_tile))
 
     def _over(self, background: Background) -> State:
         return self.state if background.celestial is None else self.before
@@ -187,6 +205,8 @@ class PlanetPass:
         planets: Sequence[PlanetView],
         target: moderngl.Framebuffer,
         areas: Sequence[Box],
+        *,
+        of_sky: bool,
     ) -> LitEarth:
         return LitEarth(
             planet=planets[0],
@@ -196,6 +216,7 @@ class PlanetPass:
             areas=tuple(areas),
             state=self._over(background),
             block=self._block,
+            of_sky=of_sky,
         )
 
     def _ground(self, lit: LitEarth) -> GroundTiles:
@@ -353,13 +374,8 @@ class PlanetPass:
     def _draw_glow(self, tiles: BackgroundTiles, lit: LitEarth) -> None:
         """The air's own light, on top of the Earth; reads what that was drawn with."""
         self._begin(lit, self.more)
-        # Maps move the air's tables to other texture units.
-        maps = ("EARTH_MAPS",) if lit.mapped else ()
-        inside = ("AIR_INSIDE",) if lit.planet.height < AIR_TOP else ()
-        draws = TileDraws()
-        draws.add("planet/glow", tiles.even | tiles.finer, maps)
-        draws.add("planet/glow", tiles.ground | tiles.air, (*maps, "AIR", *inside))
-        self._draw_faces(lit, draws)
+        rim = tiles.ground | tiles.air
+        self._draw_faces(lit, glow_draws(lit, tiles.even | tiles.finer, rim))
 
     def _draw_aurora(self, tiles: BackgroundTiles, lit: LitEarth, kp: float) -> None:
         """The aurora, on top of all else; reads what the Earth was drawn with.
@@ -369,12 +385,8 @@ class PlanetPass:
         self._begin(lit, self.more)
         self._aurora.write(aurora_values(lit.planet, kp))
         self._aurora.bind()
-        maps = ("EARTH_MAPS",) if lit.mapped else ()
-        inside = ("AIR_INSIDE",) if lit.planet.height < AIR_TOP else ()
-        rim, draws = tiles.ground | tiles.air, TileDraws()
-        draws.add("planet/aurora", ~rim, maps)
-        draws.add("planet/aurora", rim, (*maps, "AIR", *inside))
-        self._draw_faces(lit, draws)
+        rim = tiles.ground | tiles.air
+        self._draw_faces(lit, aurora_draws(lit, ~rim, rim))
 
     def _draw_ceiling(self, tiles: BackgroundTiles, lit: LitEarth) -> None:
         """The clouds over a camera beneath them, over all else."""
