@@ -18,8 +18,8 @@ vec4 cubic(float x) {
 // nodes, forward: the rise times the tangent of the ray's angle from nadir there.
 float angle_to_nodes(float row) {
     float d = d_of_row(row);
-    // Along a level ray the root of twice the rise is the angle.
-    return rise * sqrt((1.0 - d) / max(outside_air + d, 2.0 * abs(rise)));
+    // Along a level ray the root of twice the rise is the angle. Inside the air nothing rises.
+    return rise * sqrt((1.0 - d) / max(outside_air + d, 2.0 * abs(rise) + 1e-12));
 }
 
 void main() {
