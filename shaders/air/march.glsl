@@ -124,10 +124,10 @@ Passage march(Stretch way, int steps) {
             vec4 nearer = mix(0.5 + passed / max(1.0 - passed, 1e-6) - 1.0 / max(depth, 1e-6), depth / 12.0,
                               lessThan(depth, vec4(0.2)));
             float way_back = first + cell_of_group > 0 ? cell / max(here.s - last_s, 1e-9) : 0.0;
-            vec4 there = max(sun + (last_sun - sun) * nearer * way_back, 0.0);
+            vec4 seen_sun = max(sun + (last_sun - sun) * nearer * way_back, 0.0);
             last_sun = sun;
             last_s = here.s;
-            source += there * (medium.rayleigh * by_rayleigh + medium.aerosol * by_aerosol);
+            source += seen_sun * (medium.rayleigh * by_rayleigh + medium.aerosol * by_aerosol);
 #endif
 #ifndef WITHOUT_DIFFUSE
             source += medium.rayleigh * diffuse.by_rayleigh + medium.aerosol * diffuse.by_aerosol;
