@@ -94,6 +94,10 @@ Passage march(Stretch way, int steps) {
 #endif
     vec4 by_aerosol = aerosol_phase(way.nu);
     vec4 light = vec4(0.0), left = vec4(1.0);
+#ifndef WITHOUT_SUN
+    vec4 last_sun = vec4(0.0);
+    float last_s = 0.0;
+#endif
     for (int first = 0; first < steps; first += DIFFUSE_CELLS) {
 #ifndef WITHOUT_DIFFUSE
         float middle = float(first) + 0.5 * float(DIFFUSE_CELLS) - before;
@@ -110,16 +114,24 @@ Passage march(Stretch way, int steps) {
             March here = march_place(way, r0, sign(x) * (x * x + w * w / 12.0));
             Medium medium = medium_at(here.height);
             vec4 source = vec4(0.0);
+            vec4 depth = medium.extinction * cell;
+            vec4 passed = exp(-depth);
 #ifndef WITHOUT_SUN
             vec4 sun = transmittance_to_space(here.height, here.mu_sun)
                      * sun_above_horizon(here.height, here.mu_sun);
-            source += sun * (medium.rayleigh * by_rayleigh + medium.aerosol * by_aerosol);
+            // What is seen of an opaque cell lies before its middle by 1/2 + 1/(exp(depth) - 1) - 1/depth
+            // of its length; the Sun's light there, by its change from the last cell.
+            vec4 nearer = mix(0.5 + passed / max(1.0 - passed, 1e-6) - 1.0 / max(depth, 1e-6), depth / 12.0,
+                              lessThan(depth, vec4(0.2)));
+            float way_back = first + cell_of_group > 0 ? cell / max(here.s - last_s, 1e-9) : 0.0;
+            vec4 seen_sun = max(sun + (last_sun - sun) * nearer * way_back, 0.0);
+            last_sun = sun;
+            last_s = here.s;
+            source += seen_sun * (medium.rayleigh * by_rayleigh + medium.aerosol * by_aerosol);
 #endif
 #ifndef WITHOUT_DIFFUSE
             source += medium.rayleigh * diffuse.by_rayleigh + medium.aerosol * diffuse.by_aerosol;
 #endif
-            vec4 depth = medium.extinction * cell;
-            vec4 passed = exp(-depth);
             // (1 - exp(-depth)) / depth, by its series where the difference would cancel.
             vec4 mean = mix((1.0 - passed) / max(depth, 1e-6), 1.0 - depth * (0.5 - depth / 6.0),
                             lessThan(depth, vec4(0.02)));

@@ -32,17 +32,14 @@ void main() {
     float cos_azimuth = 1.0 - 2.0 * across * across;
     float row = gl_FragCoord.y - 0.5 + first_row;
     float R2 = ground_radius * ground_radius;
-    float c = outside_air * R2, r = sqrt(R2 + c), reach = horizon_reach * R2;
+    float c = outside_air * R2, r = sqrt(R2 + c);
     float b, d, lift = 0.0;
     bool ground = row < GROUND_ROWS - 0.5;
     if (ground) {
-        float x = 1.0 - row / (GROUND_ROWS - 1.0);
-        float half_chord = cosine_of_row(x) * ground_radius;
-        d = half_chord * half_chord;
+        d = d_of_row(row) * R2;
         b = -sqrt(c + d);
     } else if (row < GROUND_ROWS + LIMB_ROWS - 0.5) {
-        float x = (row - GROUND_ROWS) / (LIMB_ROWS - 1.0);
-        d = straight_as_low(-reach * limb_of_row(x), r);
+        d = straight_as_low(d_of_row(row) * R2, r);
         // At the top of the air, and at a camera's own level inside it, without a remainder.
         b = -sqrt(max(c + d, 0.0));
     } else {

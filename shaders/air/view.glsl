@@ -40,3 +40,11 @@ float cosine_of_row(float x) {
     float s = x * x;
     return s * sqrt(2.0 - s * s);
 }
+
+// Of a row of the ground or the limb: d of its straight ray [R^2], the squared cosine from the zenith
+// where it meets the ground.
+float d_of_row(float row) {
+    float half_chord = cosine_of_row(1.0 - row / (GROUND_ROWS - 1.0));
+    float above = horizon_reach * limb_of_row((row - GROUND_ROWS) / (LIMB_ROWS - 1.0));
+    return row < GROUND_ROWS - 0.5 ? half_chord * half_chord : -above;
+}

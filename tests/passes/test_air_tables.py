@@ -170,11 +170,12 @@ def test_no_frame_of_an_even_motion_marches_more_than_an_eighth_of_a_table(
 
 
 def test_no_image_of_an_even_climb_marches_a_whole_table(gl: moderngl.Context) -> None:
-    """A step of 2^-10 of 400 km in 40 images; and the table is an image's alone, whatever was
+    """Steps of 2^-8 of 400 km in 40 images each; and the table is an image's alone, whatever was
     marched before."""
     up, north = np.eye(3)[:2]
     sun = np.cos(0.5) * up + np.sin(0.5) * north
-    heights = 400e3 * np.exp(2.0**-10 * np.arange(90) / 40.0)
+    start = air_nodes._height_of(round(air_nodes.height_place(400e3)) - 0.49)
+    heights = start * np.exp(2.0**-8 * np.arange(90) / 40.0)
     marched: list[int] = []
     with window(gl) as look:
         for height in heights:
@@ -280,6 +281,24 @@ def test_fewer_azimuths_nodes_and_diffuse_lights_show_nowhere(
     monkeypatch.setattr(air_march, "_DIFFUSE_CELLS", 1)
     marched = _view_light(gl, height, sun_deg)
     assert np.sqrt(np.mean((table - marched) ** 2) / np.mean(marched**2)) < 1e-3
+
+
+@pytest.mark.parametrize("height", [200e3, 400e3, 36e6])
+@pytest.mark.parametrize("sun_deg", [75.0, 96.0, 105.0, 111.0])
+def test_half_a_step_of_height_shows_nowhere(
+    gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch, height: float, sun_deg: float
+) -> None:
+    """Where a camera passes from one step to the next no image jumps by a thousandth.
+
+    The light falls by e in 1.5 degrees of the Sun, and half a step moves the limb by 0.02 degrees:
+    without the way to the height of the nodes, 1.4 %.
+    """
+    edge = air_nodes._height_of(round(air_nodes.height_place(height)) + 0.499)
+    table = _view_light(gl, edge, sun_deg)
+    monkeypatch.setattr(air_nodes, "_HEIGHT_STEP", 2.0**-20)
+    marched = _view_light(gl, edge, sun_deg)
+    assert np.sqrt(np.mean((table - marched) ** 2) / np.mean(marched**2)) < 1e-3
+    assert table.sum() == pytest.approx(marched.sum(), rel=5e-4)
 
 
 def _view_light(gl: moderngl.Context, height: float, sun_deg: float) -> np.ndarray:

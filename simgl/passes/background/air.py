@@ -1,8 +1,9 @@
 """The air before a camera: which tables its image reads, drawn where they are not there yet.
 
 A view's table holds for one height and one angle of the Sun, and for all directions. Heights are
-taken in steps, fine enough not to show; angles of the Sun lie between four nodes, whose tables are
-marched and then mixed, so that a moving Sun costs a march only when it passes a node. Nodes lie
+taken in steps, and rays from space read the table of a step where they pass its height; angles of
+the Sun lie between four nodes, whose tables are marched and then mixed, so that a moving Sun costs
+a march only when it passes a node. Nodes lie
 close where the Sun is low over some of what is seen, and eight times as far apart where it is high
 over all of it. What the air lets through does not depend on the Sun. Images from one place share
 the tables: those of a camera, and the six that a spacecraft near it sees around it.
@@ -32,6 +33,7 @@ from simgl.passes.background.air_nodes import (
     Nodes,
     height_place,
     new_table,
+    nodes_per_radian,
     view_values,
 )
 from simgl.passes.background.air_tables import AIR, medium_defines
@@ -72,15 +74,17 @@ _MIX = Block(
     24,
     np.dtype(
         [
-            # Of the four nodes of each part, and their slots.
-            ("node_weights", "f4", (PARTS, 4)),
+            # Of the Sun in each part, from the second node to the third, the rest of a row unused;
+            # and slots of its four nodes.
+            ("node_places", "f4", (PARTS, 4)),
             ("node_slots", "i4", (PARTS, 4)),
             # Rows of a slot, and of a part.
             ("slot_rows", "i4"),
             ("part_rows", "i4"),
-            # Of the mixed table.
-            ("mix_columns", "f4"),
-            ("mix_padding", "f4"),
+            # Of the nodes, to a radian.
+            ("nodes_per_radian", "f4"),
+            # Height of the camera above that of the nodes, over its distance from the centre.
+            ("rise", "f4"),
         ]
     ),
 )
@@ -111,7 +115,7 @@ class AtmospherePass:
         self._between: dict[bool, FullscreenProgram] = {}
         self._view = UniformBuffer(ctx, AIR_VIEW)
         self._tables = LruCache[EarthAir, AirTables](_MAX_KINDS, AirTables.release)
-        self._mix = FullscreenProgram(ctx, "air/mix", _MIX, ["node_light"])
+        self._mix = FullscreenProgram(ctx, "air/mix", _MIX, ["node_light"], shared=[AIR_VIEW])
         self._nodes = AirNodes(ctx)
         self._unused: list[ImageTarget] = []
         self._views = LruCache[tuple[object, ...], ImageTarget](_CAPACITY, self._unused.append)
@@ -148,9 +152,9 @@ class AtmospherePass:
             angle = angle_between(planet.camera_in_sphere.astype(np.float64), sun)
             nodes = self._nodes.of(kind, height, moonlit=planet.moonlit)
             self._angles[planet.moonlit] = angle
-            light = self._light(tables, nodes, height, angle)
             self._last = None
             self._view.write(_values_of(planet, sun, kind.radius, height, angle))
+            light = self._light(tables, nodes, height, angle)
             shared = (tables.textures[name] for name in AIR_SAMPLERS[:2])
             of_view = *light.textures, *nodes.transmittance.textures
             pairs = tables.textures.get(PAIRS)
@@ -216,22 +220,28 @@ class AtmospherePass:
     def _light(self, tables: AirTables, nodes: Nodes, height: float, angle: float) -> ImageTarget:
         """The light of a view: between that of the nodes on both sides of the Sun's angle."""
         key = nodes.kind, height, angle
-        return self._views.get(key, lambda: self._draw_mixed(tables, nodes, angle))
+        return self._views.get(key, lambda: self._draw_mixed(tables, nodes, height, angle))
 
-    def _draw_mixed(self, tables: AirTables, nodes: Nodes, angle: float) -> ImageTarget:
-        weights, indices = nodes.mixture(angle)
+    def _draw_mixed(
+        self, tables: AirTables, nodes: Nodes, height: float, angle: float
+    ) -> ImageTarget:
+        places, indices = nodes.mixture(angle)
         self._nodes.fill(tables, nodes, indices)
         while self._unused and self._unused[-1].size[1] != nodes.rows:
             release_all(self._ctx, self._unused.pop())
         target = self._unused.pop() if self._unused else new_table(self._ctx, nodes.rows, COLUMNS)
         self.state.apply(self._ctx, target.framebuffer, (0, 0, *target.size))
+        # Inside the air the light between two heights counts, and the steps are finer.
+        rise = 0.0 if nodes.inside else height - nodes.height
         values = {
-            "node_weights": weights,
+            "node_places": places[:, None],
             "node_slots": indices % SLOTS,
             "slot_rows": nodes.rows,
             "part_rows": nodes.part_rows,
-            "mix_columns": COLUMNS,
+            "nodes_per_radian": nodes_per_radian(angle, nodes.height),
+            "rise": rise / (nodes.kind.radius + height),
         }
+        self._view.bind()
         self._mix.draw(values, nodes.light.textures)
         return target
 

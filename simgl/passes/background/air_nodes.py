@@ -1,8 +1,9 @@
 """Tables of the air at nodes of the Sun's angle, for steps of a camera's height.
 
-Heights are taken in steps, fine enough not to show. A table's rows lie in parts, each with nodes of
-its own between those of the others: while the Sun moves evenly a few rows are marched in each
-frame. Where the height passes a step all are needed; a camera that nears it has had them made.
+Heights are taken in steps; from space a ray passes the height of its step at another place, where
+its table is read. A table's rows lie in parts, each with nodes of its own between those of the
+others: while the Sun moves evenly a few rows are marched in each frame. Where the height passes a
+step all are needed; a camera that nears it has had them made.
 """
 
 from __future__ import annotations
@@ -27,10 +28,10 @@ from simgl.physics.constants import WGS84_EQUATORIAL_RADIUS
 # As in shaders/air/view.glsl; of the half circle of azimuths.
 _GROUND_ROWS, _LIMB_ROWS, _SKY_ROWS = 64, 160, 64
 _ROWS = _GROUND_ROWS + _LIMB_ROWS + _SKY_ROWS
-# The steps of a view: of its height, relative, and between the Sun's nodes [rad]: 400 m at 400 km,
-# and 3.6 s on the way round. At the terminator light falls by e in 1.5 degrees, low in the limb's
-# blue within half of one: half a step of height is 0.3 % there.
-_HEIGHT_STEP, _NODE_STEP = 2.0**-10, 2.0**-8
+# The steps of a view: of its height, relative, from space and inside the air, and between the Sun's
+# nodes [rad]: 1.6 km at 400 km, and 3.6 s on the way round. At the terminator light falls by e in
+# 1.5 degrees, low in the limb's blue within half of one.
+_HEIGHT_STEP, _STEP_INSIDE, _NODE_STEP = 2.0**-8, 2.0**-10, 2.0**-8
 # Where the Sun stands high over all that is seen nodes may be so many times as far apart: what the
 # air lets pass of its light, exp(-t / cos) with t = 0.35, is then interpolated within 5e-5 up to 70
 # degrees from the zenith. Past 82 degrees they are closer, and all the way where it is low over the
@@ -75,11 +76,12 @@ class Nodes:
         return self.rows // PARTS
 
     def mixture(self, angle: float) -> tuple[Array, IndexArray]:
-        """(parts, 4) weights of the nodes around an angle of the Sun [rad], and their indices."""
+        """(parts,) place of an angle of the Sun [rad] from the second of four nodes to the third,
+        and (parts, 4) the indices of these."""
         places = _node_place(angle, self.height) - np.arange(PARTS) / PARTS
         below = np.floor(places)
         indices = below[:, None].astype(np.int64) + np.arange(-1, 3)
-        return _node_weights(places - below), indices
+        return places - below, indices
 
     def missing(self, indices: IndexArray) -> list[tuple[int, int | None]]:
         """Parts to be marched for the nodes of a mixture: of the transmittance, None, and of
@@ -116,7 +118,7 @@ class AirNodes:
         """
         # A step on the other side of the air's top has rows of another kind.
         inside = height < AIR_TOP
-        step = exp(round(height_place(height)) * _HEIGHT_STEP)
+        step = _height_of(round(height_place(height)))
         step = min(step, AIR_TOP) if inside else max(step, AIR_TOP)
 
         def made() -> Nodes:
@@ -145,7 +147,7 @@ class AirNodes:
 
         angles : of the Sun's light and of moonlight when it comes, as far as they are in use [rad]
         """
-        height = exp(step.index * _HEIGHT_STEP)
+        height = _height_of(step.index)
         wanted = [
             (self.of(kind, height, moonlit=m), min(max(angle, 0.0), pi))
             for m, angle in angles.items()
@@ -195,7 +197,13 @@ def new_table(ctx: moderngl.Context, rows: int, columns: int) -> ImageTarget:
 
 def height_place(height: float) -> float:
     """Number of steps up to a height [m]; the tables of the nearest serve a view from there."""
-    return log(height) / _HEIGHT_STEP
+    above = log(height / AIR_TOP)
+    return above / (_HEIGHT_STEP if above > 0.0 else _STEP_INSIDE)
+
+
+def _height_of(place: float) -> float:
+    """The inverse of ``height_place`` [m]."""
+    return AIR_TOP * exp(place * (_HEIGHT_STEP if place > 0.0 else _STEP_INSIDE))
 
 
 def _closer(height: float) -> tuple[tuple[float, float], ...]:
@@ -219,29 +227,23 @@ def _node_place(angle: float, height: float) -> float:
 
 def _node_angle(place: float, height: float) -> float:
     """Angle of the Sun up to which there are so many nodes: the inverse of ``_node_place``."""
-    angle, closer = 2.0 * pi, _closer(height)
+    angle = 2.0 * pi
     # Steps get closer as the angle grows, so that Newton's method comes from there without passing
     # the root, until nothing is left of the last steps.
     while True:
-        steps = 1.0 / _WIDER
-        for about, more in closer:
-            steps += more / (1.0 + exp(-(angle - about) / _BLEND))
-        nearer = angle - (_node_place(angle, height) - place) * _NODE_STEP / steps
+        over = _node_place(angle, height) - place
+        nearer = angle - over / nodes_per_radian(angle, height)
         if nearer >= angle:
             return angle
         angle = nearer
 
 
-def _node_weights(x: Array) -> Array:
-    """(n, 4) of four nodes at -1, 0, 1 and 2, in the cubic through them at each place (n,)."""
-    before, after, last = x + 1.0, x - 1.0, x - 2.0
-    weights = [
-        -x * after * last / 6.0,
-        before * after * last / 2.0,
-        -before * x * last / 2.0,
-        before * x * after / 6.0,
-    ]
-    return np.stack(weights, axis=1)
+def nodes_per_radian(angle: float, height: float) -> float:
+    """How close nodes are at an angle of the Sun from the zenith of a height [rad, m]."""
+    steps = 1.0 / _WIDER
+    for about, more in _closer(height):
+        steps += more / (1.0 + exp(-(angle - about) / _BLEND))
+    return steps / _NODE_STEP
 
 
 def view_values(radius: float, height: float, angle: float) -> dict[str, object]:
