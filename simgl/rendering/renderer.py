@@ -305,7 +305,7 @@ class Renderer:
         the next one."""
         with self.timer.measure("lamp_shadow"):
             lamp_maps = self._lamp_shadow.draw(view.lamps)
-        lit = partial(self._surface.draw, by_light=by_light, light_parts=view.light_parts)
+        surface = partial(self._surface.draw, by_light=by_light, light_parts=view.light_parts)
         for tile in tiles:
             spacecraft = self._spacecraft(tile, view)
             for part in lit_parts(tile, view):
@@ -335,7 +335,7 @@ class Renderer:
                         seen = self._glossy.draw(part, points, drawn)
                     with self.timer.measure("surface"):
                         light = self._sunlight.draw(part, points, drawn), seen
-                        radiance = lit(part, points, drawn, *light, view.lamps, lamp_maps)
+                        radiance = surface(part, points, drawn, *light, view.lamps, lamp_maps)
                 yield part, points, radiance
 
     def _spacecraft(self, tile: RasterTile, frame: FrameView) -> list[DrawnSpacecraft]:
