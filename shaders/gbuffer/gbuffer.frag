@@ -55,9 +55,9 @@ vec4 position, normal_roughness, face_normal, indirect, textured_reflectance, te
 #else
 // Body axes [m]; label plus 16384 times the spacecraft's number.
 layout(location = 0) out vec4 position;
-// Normal, camera axes, unit; its spread in the group's part of the cell.
+// Normal, camera axes; its spread in the group's part of the cell (gbuffer/normal_spread.glsl).
 layout(location = 1) out vec4 normal_roughness;
-// Normal of the triangle, camera axes, unit; fraction of the Earth's light that reaches the point.
+// Normal of the triangle, camera axes; fraction of the Earth's light that reaches the point.
 layout(location = 2) out vec4 face_normal;
 // Irradiance from other surfaces [W m-2].
 layout(location = 3) out vec4 indirect;
@@ -69,16 +69,25 @@ layout(location = 6) out vec4 textured_normal;     // with the images' relief; a
 #endif
 
 #include "gbuffer/facet.glsl"
+#include "gbuffer/normal_spread.glsl"
 #ifdef EDGES
 #include "gbuffer/edge.glsl"
 #endif
 
-// Roughness of the normals within a shading point's part of the cell, alpha^2 of a microfacet lobe.
-// A uniform square spreads the normal by (|dn/du|^2 + |dn/dv|^2) / 12 per slope, and alpha^2 is twice
-// a slope's variance; a lobe so widened is the mean over the cell (after Tokuyoshi & Kaplanyan 2019,
-// whose cap of 0.18 keeps silhouettes, where the expansion fails, from going dull).
-float cell_roughness(vec3 du, vec3 dv) {
-    return min((dot(du, du) + dot(dv, dv)) / 6.0, 0.18);
+// Roughness of the normals within a shading point's part of the cell, alpha^2 of a microfacet lobe: the mean,
+// how uneven as a share of it, and twice the angle of the direction in which they spread most [rad].
+// Normals that turn evenly by w have in their middle the density of a lobe with alpha^2 = w^2 / pi; a lobe so
+// widened is the mean over the cell (after Tokuyoshi & Kaplanyan 2019, whose cap of 0.18 keeps silhouettes,
+// where the expansion fails, from going dull).
+vec3 cell_roughness(vec3 n, vec3 du, vec3 dv) {
+    mat2x3 axes = square_to(n);
+    vec2 u = du * axes, v = dv * axes;
+    vec2 squares = (u * u + v * v) / 3.0;
+    float mixed = 2.0 * (u.x * u.y + v.x * v.y) / 3.0, differ = squares.x - squares.y;
+    float mean = 0.5 * (squares.x + squares.y), uneven = 0.5 * length(vec2(differ, mixed));
+    vec2 ends = min(mean + vec2(uneven, -uneven), 0.18);
+    mean = 0.5 * (ends.x + ends.y);
+    return vec3(mean, mean > 0.0 ? clamp(0.5 * (ends.x - ends.y) / mean, 0.0, 1.0) : 0.0, atan(mixed, differ));
 }
 
 #ifdef DETAILED
@@ -329,11 +338,12 @@ uint look_up(Part part) {
     vec3 du = part.edge * sample_steps[0].xyz, dv = part.edge * sample_steps[1].xyz;
     vec3 n_u = normalize(normals * weights_at(facet, sight + du)) - n;
     vec3 n_v = normalize(normals * weights_at(facet, sight + dv)) - n;
-    float spread = cell_roughness(n_u, n_v);
+    vec3 spread = cell_roughness(n, n_u, n_v);
 #ifdef DETAILED
-    spread = max(spread, detail(part.group, part.first, facet, normals, seen.corner, label & 63u, seen.back));
+    float relief = detail(part.group, part.first, facet, normals, seen.corner, label & 63u, seen.back);
+    if (relief > spread.x) spread.xy = vec2(relief, spread.x * spread.y / relief);
 #endif
-    normal_roughness = vec4(n, spread);
+    normal_roughness = vec4(n, 0.0);
 #ifdef EDGES
     group_edge = edge_of(part.cell, part.group, facet);
     return 0u;
@@ -348,8 +358,9 @@ uint look_up(Part part) {
     indirect = light_of_others(seen, inside, face_normal.w);
 #endif
 #ifdef OF_SQUARES
-    face_normal.w = float(is_even(seen, n, sight, sqrt(6.0 * spread), part.middle));
+    face_normal.w = float(is_even(seen, n, sight, sqrt(6.0 * spread.x), part.middle));
 #endif
+    store_spread(normal_roughness, face_normal, spread);
     return label & 63u;
 }
 

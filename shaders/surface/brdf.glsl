@@ -12,14 +12,32 @@ struct Disc {
     vec4 limb_v;    // zeros where it is uniform
 };
 
+// Width of a microfacet lobe, which may be longer in one direction: its slopes go with
+// s^2 / alpha^2, where s is divided by the stretch along an axis and multiplied by it across.
+struct LobeWidth {
+    float alpha;
+    float stretch;
+    vec3 axis;      // unit, square to the normal; as long as it has to be where the stretch is 1
+};
+
+LobeWidth round_width(float alpha) {
+    return LobeWidth(alpha, 1.0, vec3(1.0, 0.0, 0.0));
+}
+
+// From alpha^2 along an axis and across it.
+LobeWidth uneven_width(float along2, float across2, vec3 axis) {
+    return LobeWidth(pow(along2 * across2, 0.25), pow(along2 / across2, 0.25), axis);
+}
+
 // The image of a disc of light among a surface's microfacets, in slopes (tangents of angles from the
-// normal): an ellipse around the half vector of the disc's centre.
+// normal) in which the lobe is round: an ellipse around the half vector of the disc's centre.
 struct DiscImage {
     float slope2;        // of its centre, squared
     float tangential;    // its matrix, in the direction of the slope and square to it: semi-axes
     float mixed2;        // squared in the principal axes; the mixed element squared
     float trace, det;
     float u;             // confocal coordinate
+    float per_angle;     // square of angles per square of slopes, of the lobe as it is
 };
 
 // Half vectors turn half as much as the light in the plane of light and viewer, and 1 / VoH times that
@@ -30,7 +48,7 @@ struct DiscImage {
 // for a circle that reaches as far towards the lobe is exact far outside of the ellipse and deep
 // within; three Newton steps on u (1 - sum), nearly a line, leave 1e-6, and 1e-3 at the rim of a mirror
 // image.
-DiscImage disc_image(vec3 n, vec3 h, vec3 wo, float VoH, float alpha, float radius) {
+DiscImage disc_image(vec3 n, vec3 h, vec3 wo, float VoH, LobeWidth lobe, float radius) {
     float NoH = max(dot(n, h), 1e-4);
     // The slope as a vector square to h, from a sine: that keeps its digits where the cosine loses
     // them.
@@ -38,18 +56,35 @@ DiscImage disc_image(vec3 n, vec3 h, vec3 wo, float VoH, float alpha, float radi
     // A normal that leans past the half vectors' horizon is as far from them as one upon it.
     if (dot(n, h) < NoH) slope = normalize(slope + vec3(1e-6)) / NoH;
     vec3 side = cross(wo, h);
-    float across = dot(slope, side);
-    DiscImage image;
-    image.slope2 = dot(slope, slope);
-    float y2 = min(across * across / max(dot(side, side) * image.slope2, 1e-30), 1.0), x2 = 1.0 - y2;
+    float slope2 = dot(slope, slope), across = dot(slope, side), along = dot(slope, cross(side, h));
+    float y2 = min(across * across / max(dot(side, side) * slope2, 1e-30), 1.0), x2 = 1.0 - y2;
     // Towards the horizon of the half vectors the slopes of a disc would have no end: where the lobe is
     // flat, a smaller disc does.
     radius = min(radius, 0.3 * NoH * VoH);
     float narrow = 0.25 * radius * radius, wide = narrow / (VoH * VoH), stretch2 = 1.0 / (NoH * NoH);
-    image.tangential = (narrow * y2 + wide * x2) * stretch2;
-    image.mixed2 = x2 * y2 * (wide - narrow) * (wide - narrow) * stretch2 * stretch2 * stretch2;
-    image.trace = (narrow * x2 + wide * y2) * stretch2 * stretch2 + image.tangential;
+    // The ellipse's matrix: in the direction of the slope, square to it, mixed.
+    float radial = (narrow * x2 + wide * y2) * stretch2 * stretch2;
+    float tangential = (narrow * y2 + wide * x2) * stretch2;
+    float mixed = sign(along * across) * sqrt(x2 * y2) * (wide - narrow) * stretch2 / NoH;
+    // To slopes in which the lobe is round: what becomes of both directions.
+    vec2 to_axis = vec2(dot(h, lobe.axis), dot(h, cross(n, lobe.axis)));
+    to_axis = dot(to_axis, to_axis) > 1e-12 ? normalize(to_axis) : vec2(1.0, 0.0);
+    vec2 scale = vec2(1.0 / lobe.stretch, lobe.stretch), part = to_axis * to_axis;
+    vec2 to_radial = vec2(dot(scale, part), (scale.y - scale.x) * to_axis.x * to_axis.y);
+    vec2 to_tangential = vec2(to_radial.y, dot(scale, part.yx));
+    float longer2 = dot(to_radial, to_radial);
+    vec2 d = to_radial * inversesqrt(longer2), e = vec2(-d.y, d.x);
+    vec2 of_d = vec2(dot(to_radial, d), dot(to_tangential, d)), of_e = vec2(dot(to_radial, e), dot(to_tangential, e));
+    vec2 M_of_e = vec2(radial * of_e.x + mixed * of_e.y, mixed * of_e.x + tangential * of_e.y);
+    DiscImage image;
+    image.slope2 = slope2 * longer2;
+    image.tangential = dot(of_e, M_of_e);
+    image.mixed2 = dot(of_d, M_of_e) * dot(of_d, M_of_e);
+    image.trace = image.tangential + radial * of_d.x * of_d.x + 2.0 * mixed * of_d.x * of_d.y
+                + tangential * of_d.y * of_d.y;
     image.det = narrow * wide * stretch2 * stretch2 * stretch2;
+    image.per_angle = (1.0 + slope2) * (1.0 + slope2);
+    float alpha = lobe.alpha;
     float a2 = alpha * alpha, reach2 = image.det / image.tangential;
     float inside = reach2 - image.slope2 - a2;
     float S = sqrt(inside * inside + 4.0 * a2 * reach2);
@@ -78,7 +113,7 @@ float D_ggx_disc(DiscImage image, float alpha) {
     float det = u * (u + image.trace) + image.det;
     float mean = a2 / (PI * sqrt(det)
                        * (a2 + image.slope2 * u * u * (t * t + image.mixed2) / (det * det)));
-    return (1.0 + image.slope2) * (1.0 + image.slope2) * mean;
+    return image.per_angle * mean;
 }
 
 // Radiance of a disc with a darkened limb over that of a uniform one, as a lobe sees it, per band.
@@ -96,7 +131,7 @@ vec4 limb_seen(DiscImage image, float alpha, vec4 limb_u, vec4 limb_v) {
     vec3 det = 1.0 + x * (image.trace + x * image.det);
     vec3 outside = 1.0 - x * (a2 + image.slope2 * (1.0 + image.tangential * x) / det);
     vec3 element = 2.0 * span * weight * at * grown * x * inversesqrt(det) / k;
-    float uniform_disc = D_ggx_disc(image, alpha) / ((1.0 + image.slope2) * (1.0 + image.slope2));
+    float uniform_disc = D_ggx_disc(image, alpha) / image.per_angle;
     float mu = 0.5 * a2 / PI * dot(element, inversesqrt(max(outside, 1e-6))) / uniform_disc;
     float mu2 = a2 / PI * (element.x + element.y + element.z) / uniform_disc;
     // Far from the lobe's centre float32 loses what is left of both.
@@ -123,12 +158,13 @@ vec4 F_schlick(vec4 f0, float VoH) {
 //
 // n : unit normal; wo : unit, away from the surface, above it
 // h : unit, half way between wo and the disc's centre; VoH : cosine between wo and h
-// alpha : the lobe's width, roughness^2
-vec4 lobe(float alpha, vec3 n, Disc light, vec3 wo, vec3 h, float VoH) {
+// width : roughness^2
+vec4 lobe(LobeWidth width, vec3 n, Disc light, vec3 wo, vec3 h, float VoH) {
     float NoL = max(dot(n, light.wi), 1e-6);
     // An interpolated normal can lean away from the viewer by a facet's angle.
     float NoV = max(dot(n, wo), 1e-4);
-    DiscImage image = disc_image(n, h, wo, VoH, alpha, light.radius);
+    float alpha = width.alpha;
+    DiscImage image = disc_image(n, h, wo, VoH, width, light.radius);
     float reflected = D_ggx_disc(image, alpha) * V_smith(NoL, NoV, alpha);
     // No mirror shows the disc brighter than it is. Where an interpolated normal has the surface
     // edge-on to the viewer and the triangle is not, the lobe alone would, without limit.
@@ -143,23 +179,23 @@ vec4 lobe(float alpha, vec3 n, Disc light, vec3 wo, vec3 h, float VoH) {
 
 // Bidirectional reflectance [sr-1] per band, its mean over a small disc of light; arguments as for
 // the lobe. `gain` makes up for light that meets several microfacets; 1 is the model of glTF.
-vec4 brdf(vec4 reflectance, float metallic, float alpha, vec4 gain, vec3 n, Disc light, vec3 wo) {
+vec4 brdf(vec4 reflectance, float metallic, LobeWidth width, vec4 gain, vec3 n, Disc light, vec3 wo) {
     vec3 h = normalize(light.wi + wo);
     float VoH = clamp(dot(wo, h), 1e-4, 1.0);
     vec4 F = F_schlick(mix(vec4(0.04), reflectance, metallic), VoH);
     vec4 base = (1.0 - metallic) * reflectance / PI;
-    return (1.0 - F) * base + F * gain * lobe(alpha, n, light, wo, h, VoH);
+    return (1.0 - F) * base + F * gain * lobe(width, n, light, wo, h, VoH);
 }
 
-// The same without gain, for a uniform disc towards wi.
+// The same of a round lobe without gain, for a uniform disc towards wi.
 vec4 brdf(vec4 reflectance, float metallic, float alpha, vec3 n, vec3 wi, vec3 wo, float radius) {
     Disc light = Disc(wi, radius, vec4(0.0), vec4(0.0));
-    return brdf(reflectance, metallic, alpha, vec4(1.0), n, light, wo);
+    return brdf(reflectance, metallic, round_width(alpha), vec4(1.0), n, light, wo);
 }
 
 // Reflectance of a clear dielectric layer alone [sr-1], `f0` its reflectance at normal incidence.
-vec4 coat_brdf(float f0, float alpha, vec3 n, Disc light, vec3 wo) {
+vec4 coat_brdf(float f0, LobeWidth width, vec3 n, Disc light, vec3 wo) {
     vec3 h = normalize(light.wi + wo);
     float VoH = clamp(dot(wo, h), 1e-4, 1.0);
-    return F_schlick(vec4(f0), VoH).r * lobe(alpha, n, light, wo, h, VoH);
+    return F_schlick(vec4(f0), VoH).r * lobe(width, n, light, wo, h, VoH);
 }

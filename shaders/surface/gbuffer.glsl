@@ -1,4 +1,5 @@
 #include "common/texels.glsl"
+#include "gbuffer/normal_spread.glsl"
 #include "gbuffer/page_places.glsl"
 #include "surface/layers.glsl"
 #include "surface/material.glsl"
@@ -55,8 +56,9 @@ Surface gbuffer_surface(ivec2 at) {
 #endif
     s.place = (pose * vec4(s.body, 1.0)).xyz;
     s.wo = normalize(-s.place);
-    s.facet = dot(face_normal.xyz, s.wo) < 0.0 ? -face_normal.xyz : face_normal.xyz;
-    s.n = normal_roughness.xyz;
+    NormalSpread spread = stored_spread(normal_roughness, face_normal.xyz);
+    s.facet = normalize(dot(face_normal.xyz, s.wo) < 0.0 ? -face_normal.xyz : face_normal.xyz);
+    s.n = normalize(normal_roughness.xyz);
     s.plain_n = s.n;
     vec4 law = material_law[material];   // metallic, roughness, 1 if Lambertian, 1 if it conserves
     s.reflectance = material_reflectance[material];
@@ -72,7 +74,9 @@ Surface gbuffer_surface(ivec2 at) {
     s.n = relief.xyz;
     roughness2 = relief.w;
 #endif
-    s.alpha = sqrt(roughness2 + normal_roughness.w);
+    s.alpha = sqrt(roughness2 + spread.mean);
+    s.turn = spread.turn;
+    s.axis = spread.axis;
     s.lambertian = law.z > 0.5;
     s.coat = 0.0;
     s.coat_alpha = 1.0;
@@ -93,7 +97,7 @@ Surface gbuffer_surface(ivec2 at) {
 #endif
     vec4 layers = material_layers[material];   // of the coat: strength, roughness; of the crinkle
     s.coat = layers.x;
-    s.coat_alpha = sqrt(pow(layers.y, 4.0) + normal_roughness.w);
+    s.coat_alpha = sqrt(pow(layers.y, 4.0) + spread.mean);
 #endif
     return s;
 }

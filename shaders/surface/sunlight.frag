@@ -217,7 +217,7 @@ void main() {
     vec3 body = position.xyz;
     vec4 normal_roughness = read_texel(gbuffer_normal_roughness, at);
     vec4 face_normal = read_texel(gbuffer_face_normal, at);
-    vec3 n = normal_roughness.xyz, facet = face_normal.xyz;
+    vec3 n = normalize(normal_roughness.xyz), facet = normalize(face_normal.xyz);
     vec3 place = (camera_from_body * vec4(body, 1.0)).xyz;
     mat3 body_from_camera = transpose(mat3(camera_from_body));
 #ifdef MOVING

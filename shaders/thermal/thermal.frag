@@ -24,7 +24,7 @@ float emissivity_towards(float hemispherical, float cosine) {
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
     vec3 place = (camera_from_body * vec4(texelFetch(gbuffer_position, at, 0).xyz, 1.0)).xyz;
-    vec3 n = texelFetch(gbuffer_normal_roughness, at, 0).xyz;
+    vec3 n = normalize(texelFetch(gbuffer_normal_roughness, at, 0).xyz);
     vec4 surface = texelFetch(gbuffer_indirect, at, 0);
     float emissivity = emissivity_towards(surface.y, abs(dot(n, normalize(place))));
     seen = vec4(emissivity * black_body(surface.x) + (1.0 - emissivity) * surface.zw, surface.x, 1.0);

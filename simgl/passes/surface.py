@@ -51,10 +51,10 @@ _SEEN_UNITS = {"seen_lobes": 22, "seen_pages": 23}
 # What each variant of the shader reads besides.
 _MORE_UNITS = {
     "SUNLIT": _SUNLIGHT_UNITS,
-    "SKY": gbuffer_units("face_normal") | _SKY_UNITS | _LOBES,
+    "SKY": _SKY_UNITS | _LOBES,
     "INTERREFLECTION": gbuffer_units("indirect") | _LOBES,
-    "LAYERED": gbuffer_units("face_normal") | POINT_GROUPS | _LOBES,
-    "LAMPS": gbuffer_units("face_normal") | _LAMP_UNITS,
+    "LAYERED": POINT_GROUPS | _LOBES,
+    "LAMPS": dict(_LAMP_UNITS),
     "GLOSSY": _SEEN_UNITS | _LOBES,
     "DETAILED": {name: unit for unit, name in enumerate(_TEXTURED, len(GBUFFER))},
 }
@@ -160,7 +160,7 @@ class SurfacePass:
         return self._lit[variant, light_parts]
 
     def _lit_screen(self, variant: tuple[str, ...], light_parts: int) -> PointScreen:
-        samplers = gbuffer_units("position", "normal_roughness")
+        samplers = gbuffer_units("position", "normal_roughness", "face_normal")
         blocks = [SPACECRAFT, MATERIALS]
         for define, units in _MORE_UNITS.items():
             if define in variant:
