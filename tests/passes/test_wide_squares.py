@@ -144,7 +144,8 @@ def test_light_is_that_of_every_cell(
     assert (kinds[0] != UNEVEN).mean() > 0.5
     assert (shared != every).mean() > 0.4
     assert_alike(shared, every)
-    assert np.sqrt(np.mean((shared - every) ** 2)) < 2e-4 * every.mean()
+    # Half of the thousandth that pictures may differ by inside surfaces.
+    assert np.sqrt(np.mean((shared - every) ** 2)) < 5e-4 * every.mean()
 
 
 def test_edges_and_shadows_are_those_of_every_cell(
@@ -247,7 +248,7 @@ def test_light_of_other_surfaces_over_several_triangles_is_that_of_every_cell(
     """It is linear over each triangle, and bends from one to the next. Where the mean of opposite
     corners is two thousandths off the middle, one bend makes it err by 1.25 times as much, and two
     by twice that. A peak of light at a vertex may lie between the five places that are looked at:
-    few do, and it errs by the peak's height, two hundredths. Half of the floor gets no other light."""
+    few do, and it errs by the peak's height, two hundredths. Half of the floor gets none."""
     shared, every = with_and_without(gl, monkeypatch, c6_scene(0.8, on=True), light_of_others)
     of_several = np.ptp(triangles[0], axis=-1) > 0
     assert (of_several & (kinds[0] != UNEVEN)).sum() > 50
@@ -258,7 +259,8 @@ def test_light_of_other_surfaces_over_several_triangles_is_that_of_every_cell(
     off = np.abs(shared - every) - 0.2 * change
     assert (off > 5e-3 * every + 1e-9).mean() < 3e-4
     np.testing.assert_array_less(off, 2e-2 * every + 1e-9)
-    assert np.sqrt(np.mean((shared - every) ** 2)) < 2e-4 * every.mean()
+    # Half of the thousandth that pictures may differ by inside surfaces.
+    assert np.sqrt(np.mean((shared - every) ** 2)) < 5e-4 * every.mean()
 
 
 def test_compute_shaders_share_the_same_points(
