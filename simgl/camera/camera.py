@@ -51,7 +51,10 @@ class Camera:
             check_within(f'camera "{self.name}": {name}', getattr(self, name), 0.0)
 
     def with_margin(self, pixels: int) -> Camera:
-        """The same camera with so many pixels more on each side of its image."""
+        """The same camera with a larger image.
+
+        pixels : more on each side
+        """
         if pixels == 0:
             return self
         d = self.detector

@@ -8,6 +8,8 @@ wide penumbra the Sun's directions scatter by 1 % of full sunlight in both.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import moderngl
@@ -32,7 +34,7 @@ from simgl.passes.shading_points import (
 )
 from simgl.passes.sunlight import SunlightPass
 from simgl.scenario.scenario import Scenario
-from simgl.simulator import Simulator
+from simgl.simulator import Product, Simulator
 from simgl.view.raster_tiles import RasterTile
 from tests.passes.test_penumbra import GREEN, disc_share
 from tests.radiosity.boxes import c6_scene
@@ -94,13 +96,26 @@ def kinds(monkeypatch: pytest.MonkeyPatch) -> list[AnyArray]:
     return found
 
 
+def light_of_others(gl: moderngl.Context, scenario: Scenario) -> Array:
+    """(h, w) radiance in green of light from other surfaces alone: the search through the Sun's
+    disc depends on how points are numbered."""
+    with Simulator(scenario, gl) as simulator:
+        state = scenario.at(scenario.epoch_tai_ns)
+        layers = simulator.capture(state, "cam", {Product.LAYERS}).layers
+    assert layers is not None
+    return layers.layers["inter_reflected"][..., 1].astype(np.float64)
+
+
 def with_and_without(
-    gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch, scenario: Scenario, ramp: float = 0.0
+    gl: moderngl.Context,
+    monkeypatch: pytest.MonkeyPatch,
+    scenario: Scenario,
+    light: Callable[[moderngl.Context, Scenario], Array] = image,
 ) -> tuple[Array, Array]:
     """The image, and the reference."""
-    shared = image(gl, scenario, ramp)
+    shared = light(gl, scenario)
     monkeypatch.setattr(SunlightPass, "even_light", lambda *_: None)
-    return shared, image(gl, scenario, ramp)
+    return shared, light(gl, scenario)
 
 
 def assert_alike(shared: Array, every: Array) -> None:
@@ -123,11 +138,14 @@ def test_light_is_that_of_every_cell(
     ramp: float,
     samples: int,
 ) -> None:
-    shared, every = with_and_without(gl, monkeypatch, wall(GLOSSY, camera, samples), ramp)
+    shared, every = with_and_without(
+        gl, monkeypatch, wall(GLOSSY, camera, samples), partial(image, ramp=ramp)
+    )
     assert (kinds[0] != UNEVEN).mean() > 0.5
     assert (shared != every).mean() > 0.4
     assert_alike(shared, every)
-    assert np.sqrt(np.mean((shared - every) ** 2)) < 2e-4 * every.mean()
+    # Half of the thousandth that pictures may differ by inside surfaces.
+    assert np.sqrt(np.mean((shared - every) ** 2)) < 5e-4 * every.mean()
 
 
 def test_edges_and_shadows_are_those_of_every_cell(
@@ -229,16 +247,20 @@ def test_light_of_other_surfaces_over_several_triangles_is_that_of_every_cell(
 ) -> None:
     """It is linear over each triangle, and bends from one to the next. Where the mean of opposite
     corners is two thousandths off the middle, one bend makes it err by 1.25 times as much, and two
-    by twice that. Half of the box's floor gets no other light."""
-    shared, every = with_and_without(gl, monkeypatch, c6_scene(0.8, on=True))
+    by twice that. A peak of light at a vertex may lie between the five places that are looked at:
+    few do, and it errs by the peak's height, two hundredths. Half of the floor gets none."""
+    shared, every = with_and_without(gl, monkeypatch, c6_scene(0.8, on=True), light_of_others)
     of_several = np.ptp(triangles[0], axis=-1) > 0
     assert (of_several & (kinds[0] != UNEVEN)).sum() > 50
     # And some bends are larger.
     assert (of_several & (kinds[0] == UNEVEN)).sum() > 50
     around = [np.roll(every, shift, axis) for axis in (0, 1) for shift in (-1, 1)]
     change = np.max(np.abs(np.array(around) - every), axis=0)
-    np.testing.assert_array_less(np.abs(shared - every), 5e-3 * every + 0.2 * change + 1e-9)
-    assert np.sqrt(np.mean((shared - every) ** 2)) < 2e-4 * every.mean()
+    off = np.abs(shared - every) - 0.2 * change
+    assert (off > 5e-3 * every + 1e-9).mean() < 3e-4
+    np.testing.assert_array_less(off, 2e-2 * every + 1e-9)
+    # Half of the thousandth that pictures may differ by inside surfaces.
+    assert np.sqrt(np.mean((shared - every) ** 2)) < 5e-4 * every.mean()
 
 
 def test_compute_shaders_share_the_same_points(

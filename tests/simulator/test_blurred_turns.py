@@ -131,7 +131,7 @@ def test_a_panel_that_flashes_up_keeps_its_light(
 
 def test_a_panel_flashes_up_where_it_is_at_that_time(gl: moderngl.Context) -> None:
     """It turns by 20 deg and goes 40 px; 2.5 deg from the middle of the turn it is a mirror of the
-    Sun, for about a degree, 2 px. Two snapshots do, each in two lights; in one light each, the
+    Sun, for about a degree, 2 px. Two snapshots do, each in four lights; in one light each, the
     flash would be in the middle of the second, 5 px off."""
     one = panel(0.1, 5.0)
     turns, goes = turning(one, 20.0, UPRIGHT), moving(one, 40.0)
@@ -144,7 +144,7 @@ def test_a_panel_flashes_up_where_it_is_at_that_time(gl: moderngl.Context) -> No
 
     scene_of_it = moving_scene(one.at(one.epoch_tai_ns), "cam", during)
     assert scene_of_it is not None
-    assert (scene_of_it.count, scene_of_it.light_parts) == (2, 2)
+    assert (scene_of_it.count, scene_of_it.light_parts) == (2, 4)
     image, wanted = drawn(gl, one, during, 200)
     x = np.arange(128) + 0.5
     middle, right = (seen.sum(axis=0) @ x / seen.sum() for seen in (image, wanted))
