@@ -64,7 +64,7 @@ layout(location = 3) out vec4 indirect;
 #ifdef DETAILED
 layout(location = 4) out vec4 textured_reflectance;
 layout(location = 5) out vec4 textured_emission;   // share of the material's in R, G, B; metallic
-layout(location = 6) out vec4 textured_normal;     // with the images' relief; alpha^2
+layout(location = 6) out vec4 textured_normal;     // with the images' relief, 1 to 2 long; alpha^2
 #endif
 #endif
 
@@ -341,7 +341,9 @@ uint look_up(Part part) {
     vec3 spread = cell_roughness(n, n_u, n_v);
 #ifdef DETAILED
     float relief = detail(part.group, part.first, facet, normals, seen.corner, label & 63u, seen.back);
-    if (relief > spread.x) spread.xy = vec2(relief, spread.x * spread.y / relief);
+    // By its length the share of what the triangles' own normals make of the spread.
+    textured_normal.xyz *= relief > spread.x ? 1.0 + spread.x / relief : 2.0;
+    spread.x = max(spread.x, relief);
 #endif
     normal_roughness = vec4(n, 0.0);
 #ifdef EDGES

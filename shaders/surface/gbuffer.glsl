@@ -71,7 +71,8 @@ Surface gbuffer_surface(ivec2 at) {
     s.reflectance = read_texel(textured_reflectance, at);
     s.metallic = emission.w;
     s.emission *= emission.rgbr;
-    s.n = relief.xyz;
+    s.n = normalize(relief.xyz);
+    spread.turn *= sqrt(clamp(length(relief.xyz) - 1.0, 0.0, 1.0));
     roughness2 = relief.w;
 #endif
     s.alpha = sqrt(roughness2 + spread.mean);

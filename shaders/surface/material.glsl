@@ -98,55 +98,26 @@ float coat_sky_transmission(Surface s) {
     return 1.0 - s.coat * (COAT_F0 + (1.0 - COAT_F0) / 21.0);
 }
 
-// What remains of alpha^2 of a lobe without the spread of the normals.
-float own_alpha2(Surface s, float alpha) {
-    return max(alpha * alpha - dot(s.turn, s.turn) / 6.0, 1e-8);
-}
-
-// Whether highlights are narrower than the turn of the normals, along the axis and across it. One lobe that is
-// widened by it would have 15 % more or less light by its place in the grid of points.
-bvec2 are_narrow(Surface s, float radius) {
-    float alpha = narrowest_lobe(s);
-    return greaterThan(s.turn * s.turn, vec2(own_alpha2(s, alpha) + 0.25 * radius * radius));
-}
-
 // Width of a lobe for light from one direction, by its mean with the spread of the normals.
 //
-// halved : where the normals' turn is told by two normals, a quarter of it to both sides. With a fifth of its square
-//     these have the light of any place to 2 %, and the width of one with a third.
-LobeWidth direct_width(Surface s, float alpha, bvec2 halved) {
-    vec2 alpha2 = own_alpha2(s, alpha) + s.turn * s.turn * mix(vec2(1.0 / 3.0), vec2(0.2), halved);
+// Shading points lie a turn w of the normals apart. Lobes with alpha^2 = w^2 besides their own have together the
+// same light wherever the highlight lies between them, to 1 %; with w^2 / 3, the mean over the cell, to 15 %.
+LobeWidth direct_width(Surface s, float alpha) {
+    vec2 squares = s.turn * s.turn;
+    vec2 alpha2 = max(alpha * alpha - (squares.x + squares.y) / 6.0, 1e-8) + squares;
     return uneven_width(alpha2.x, alpha2.y, s.axis);
 }
 
-// The same of a surface for one of the normals in its part of a cell.
-vec4 reflection_of_normal(Surface s, Disc light, bvec2 halved) {
+// Bidirectional reflectance [sr-1] per band, its mean over a small disc of light.
+vec4 reflection(Surface s, Disc light) {
     vec4 f = s.reflectance / PI;
     if (!s.lambertian)
-        f = brdf(s.reflectance, s.metallic, direct_width(s, s.alpha, halved), s.gain, s.n, light, s.wo);
+        f = brdf(s.reflectance, s.metallic, direct_width(s, s.alpha), s.gain, s.n, light, s.wo);
     if (s.coat > 0.0) {
         f *= coat_transmission(s, dot(s.n, light.wi)) * coat_transmission(s, viewer_cosine(s));
-        f += s.coat * coat_brdf(COAT_F0, direct_width(s, s.coat_alpha, halved), s.n, light, s.wo);
+        f += s.coat * coat_brdf(COAT_F0, direct_width(s, s.coat_alpha), s.n, light, s.wo);
     }
     return f;
-}
-
-// Bidirectional reflectance [sr-1] per band, its mean over a small disc of light and the normals that turn over the
-// point's part of its cell.
-vec4 reflection(Surface s, Disc light) {
-    bvec2 halved = are_narrow(s, light.radius);
-    ivec2 counts = 1 + ivec2(halved);
-    vec3 n = s.n, across = cross(s.n, s.axis);
-    vec4 f = vec4(0.0);
-    int k = 0, count = counts.x * counts.y;
-    do {
-        // -1 and 1, or 0.
-        vec2 side = vec2(2 * ivec2(k % counts.x, k / counts.x) + 1 - counts);
-        vec2 turn = 0.25 * side * s.turn;
-        s.n = normalize(n + turn.x * s.axis + turn.y * across);
-        f += reflection_of_normal(s, light, halved);
-    } while (++k < count);
-    return f / float(count);
 }
 
 // Share of a uniform irradiance that leaves diffusely towards the viewer: the radiance is this

@@ -19,6 +19,7 @@ from simgl.environment_map import SkyRadiance, cell_radiance
 from simgl.passes.drawn_spacecraft import DrawnSpacecraft
 from simgl.passes.shading_points import ShadingPoints
 from simgl.radiosity.final_gather import SKY_ACROSS, LitBody, Points, gathered, sunlight
+from simgl.radiosity.gather_points import unit_rows
 from simgl.radiosity.light_transport import LightTransport
 from simgl.radiosity.patch_light import PatchLight
 from simgl.radiosity.reflection_laws import reflection_laws
@@ -293,11 +294,11 @@ def _points(
     camera_from_body = view.camera_from_body
     R = camera_from_body[:3, :3]
     in_camera = position[:, :3] @ R.T + camera_from_body[:3, 3]
-    away = np.einsum("ij,ij->i", face_normal[:, :3], in_camera) > 0.0
-    facets = np.where(away[:, None], -face_normal[:, :3], face_normal[:, :3])
-    return Points(
-        places=position[:, :3], normals=normal[:, :3] @ R, facets=facets @ R, spread=spread
-    )
+    # Their lengths tell how normals spread (gbuffer/normal_spread.glsl).
+    facets, normals = unit_rows(face_normal[:, :3]), unit_rows(normal[:, :3])
+    away = np.einsum("ij,ij->i", facets, in_camera) > 0.0
+    facets = np.where(away[:, None], -facets, facets)
+    return Points(places=position[:, :3], normals=normals @ R, facets=facets @ R, spread=spread)
 
 
 def _spread(row: IndexArray, column: IndexArray) -> Array:

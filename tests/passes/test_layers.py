@@ -24,6 +24,8 @@ Surface surface_seen_under(float cosine, vec4 reflectance, float metallic, float
     s.reflectance = reflectance;
     s.metallic = metallic;
     s.alpha = roughness * roughness;
+    s.turn = vec2(0);
+    s.axis = vec3(1, 0, 0);
     s.lambertian = lambertian;
     s.coat = coat;
     s.coat_alpha = coat_roughness * coat_roughness;

@@ -42,7 +42,7 @@ def highlight(
             f"vec3(in_value[{k}], in_value[{k + 1}], in_value[{k + 2}])" for k in (0, 3, 6)
         )
         disc = f"Disc({light}, {SUN:.9g}, vec4({limb[0]}), vec4({limb[1]}))"
-        law = f"vec4(0.9), 1.0, {roughness**2:.9g}, vec4(1.0)"
+        law = f"vec4(0.9), 1.0, round_width({roughness**2:.9g}), vec4(1.0)"
         call = f"brdf({law}, {normal}, {disc}, {eye})"
         inputs = np.concatenate([n, wis, wos], axis=1).astype(np.float32)
         got.append(evaluate(gl, ["surface/brdf.glsl"], call, inputs)[:, 0] * cosine)
