@@ -26,7 +26,7 @@ LobeWidth round_width(float alpha) {
 
 // From alpha^2 along an axis and across it.
 LobeWidth uneven_width(float along2, float across2, vec3 axis) {
-    return LobeWidth(pow(along2 * across2, 0.25), pow(along2 / across2, 0.25), axis);
+    return LobeWidth(sqrt(sqrt(along2 * across2)), sqrt(sqrt(along2 / across2)), axis);
 }
 
 // The image of a disc of light among a surface's microfacets, in slopes (tangents of angles from the

@@ -11,6 +11,8 @@ from simgl.arrays import Array, Array32, IndexArray, Mask
 from simgl.progress import ProgressCallback, silent
 from simgl.radiosity.gather_points import (
     BURIED,
+    GAP,
+    LIFT,
     GatherPoints,
     GatherRays,
     Places,
@@ -30,7 +32,7 @@ from simgl.radiosity.near_means import near_means
 from simgl.radiosity.occlusion import moved_into_open
 from simgl.radiosity.patch_cells import CellIndex, SeenCells, cell_index, patch_cells
 from simgl.radiosity.patches import SAMPLES, Patches, cluster
-from simgl.radiosity.refinement import refined
+from simgl.radiosity.remesh import subdivided
 from simgl.radiosity.sun_gather import cells_seen
 from simgl.rays import RayTracer
 from simgl.scene.convex_hull import convex_hull
@@ -57,7 +59,7 @@ class BakeSettings:
     patch_rays: int = 96
     gather_rays: int = 256
     sun_rays: int = 768
-    added_triangles: int = 18_000
+    added_triangles: int = 6_000
     cells: int = 64
     grids: int = 8_000
     grid_rays: int = 128
@@ -117,7 +119,7 @@ def traced(
 ) -> LightTransport:
     """The transport of any body."""
     report = silent if progress is None else progress
-    fine = refined(mesh, sides, settings.added_triangles, settings.edge_share)
+    fine = refined(mesh, sides, settings)
     # Places and patches follow from what single rays meet; all others only count together.
     watertight, tracer = RayTracer(fine), RayTracer(fine, watertight=False)
     points = gather_points_of(fine, sides)
@@ -216,6 +218,71 @@ def _with_finer_sunlight(
         sharpened=sharpened(transport, at_vertices),
         sun_sharpened=sun_sharpened(transport, at_vertices, of_nodes),
     )
+
+
+def refined(mesh: Mesh, sides: int, settings: BakeSettings) -> Mesh:
+    """Smaller triangles where other surfaces are near.
+
+    Irradiance from surfaces changes over their harmonic mean distance (Ward et al. 1988): edges are
+    as long as a multiple of it, one for all triangles that makes about ``added_triangles``.
+    """
+    corners = mesh.positions[mesh.triangles].astype(np.float64)
+    longest = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).max(axis=1)
+    shortest = settings.edge_share * mesh.radius
+    faces, areas = face_normals(mesh)
+    big = np.flatnonzero((longest > shortest) & (areas > 0.0))
+    distance = 1.0 / np.maximum(_nearness(mesh, faces, big, sides, shortest), 1e-9)
+
+    def added(multiple: float) -> float:
+        edge = np.maximum(multiple * distance, shortest)
+        # A halved triangle's edges are two thirds of the longest allowed, on average.
+        return float(np.sum(areas[big] / (0.19 * edge**2) * (longest[big] > edge)))
+
+    low, high = 0.05, 100.0
+    for _ in range(30):
+        middle = np.sqrt(low * high)
+        low, high = (middle, high) if added(middle) > settings.added_triangles else (low, middle)
+    wanted = np.full(len(longest), np.inf)
+    wanted[big] = np.maximum(high * distance, shortest)
+    return subdivided(mesh, wanted)
+
+
+def _nearness(mesh: Mesh, faces: Array, chosen: IndexArray, sides: int, shortest: float) -> Array:
+    """(k,) mean of 1 / distance [m-1] over the directions above the chosen triangles."""
+    tracer = RayTracer(mesh)
+    corners = mesh.positions[mesh.triangles[chosen]].astype(np.float64)
+    pattern = cosine_directions(_LOOKS)
+    nearness = np.zeros(len(chosen))
+    for weights in _SPREAD:
+        for side in (1.0, -1.0)[:sides]:
+            n = side * faces[chosen]
+            origin = np.einsum("k,ikj->ij", weights, corners) + LIFT * mesh.radius * n
+            rays = np.matmul(pattern[None], np.swapaxes(frames(n), 1, 2)).reshape(-1, 3)
+            triangle, distance = tracer.hits(np.repeat(origin, _LOOKS, axis=0), rays)
+            met = triangle >= 0
+            behind = met & (np.einsum("ij,ij->i", faces[triangle], rays) > 0.0) & (sides == 1)
+            outside = behind.reshape(-1, _LOOKS).mean(axis=1) <= BURIED
+            # Across a narrow gap little light comes in, and little is seen of it.
+            counts_for = distance / (distance + GAP * mesh.radius)
+            near = np.where(met, counts_for / np.maximum(distance, shortest), 0.0)
+            nearness += near.reshape(-1, _LOOKS).mean(axis=1) * outside
+    return nearness / (len(_SPREAD) * sides)
+
+
+# Rays of one look around.
+_LOOKS = 32
+# Barycentric places at which a big triangle looks around.
+_SPREAD = np.array(
+    [
+        [1 / 3, 1 / 3, 1 / 3],
+        [0.9, 0.05, 0.05],
+        [0.05, 0.9, 0.05],
+        [0.05, 0.05, 0.9],
+        [0.48, 0.48, 0.04],
+        [0.04, 0.48, 0.48],
+        [0.48, 0.04, 0.48],
+    ]
+)
 
 
 def patch_directions(normals: Array, rays: int) -> Array:
@@ -344,9 +411,8 @@ _LITTLE = 0.02
 
 
 def largest(mesh: Mesh, points: GatherPoints, seen: GatherRays, settings: BakeSettings) -> Mask:
-    """(s,) the gather points that get all but a little of what light surfaces may send and is seen
-    from outside, by their area and by how much they see of the body and of the sky; none where more
-    rays are not asked for."""
+    """(s,) the gather points that get all but a little of what light surfaces may send, by their
+    area and by how much of the body they see; none where more rays are not asked for."""
     if settings.sun_rays <= settings.gather_rays:
         return np.zeros(len(points.origins), dtype=np.bool_)
     areas = np.repeat(face_normals(mesh)[1] / 3.0, 3)
@@ -354,8 +420,7 @@ def largest(mesh: Mesh, points: GatherPoints, seen: GatherRays, settings: BakeSe
     for of_vertex in points.of_vertex:
         corners = of_vertex[mesh.triangles.astype(np.int64)].ravel()
         light += np.bincount(corners, areas, minlength=len(light))
-    met = np.asarray(seen.hits.sum(axis=1)).ravel() / settings.gather_rays
-    light *= np.where(seen.buried, 0.0, met * np.maximum(1.0 - met, 0.0))
+    light *= np.where(seen.buried, 0.0, np.asarray(seen.hits.sum(axis=1)).ravel())
     order = np.argsort(light, kind="stable")
     much = np.cumsum(light[order]) > _LITTLE * light.sum()
     chosen = np.zeros(len(light), dtype=np.bool_)

@@ -11,7 +11,7 @@ from scipy import sparse
 from simgl.arrays import Array, Array32, IndexArray, Mask
 from simgl.motion.joints import Joint
 from simgl.progress import ProgressCallback, silent
-from simgl.radiosity.bake import BakeSettings, lesser_part, patch_directions
+from simgl.radiosity.bake import BakeSettings, lesser_part, patch_directions, refined
 from simgl.radiosity.gather_points import (
     BURIED,
     GatherPoints,
@@ -27,7 +27,6 @@ from simgl.radiosity.jointed_transport import JointedTransport, shares
 from simgl.radiosity.light_transport import LightTransport, by_columns
 from simgl.radiosity.occlusion import moved_into_open
 from simgl.radiosity.patches import SAMPLES, Patches, cluster
-from simgl.radiosity.refinement import refined
 from simgl.radiosity.remesh import subdivided
 from simgl.radiosity.rigid_pairs import ENDLESS, NOWHERE
 from simgl.rays import RayTracer, group_tracers
@@ -73,8 +72,7 @@ def bake_jointed(
     """
     report = silent if progress is None else progress
     sides = 2 if open_sheets else 1
-    fine = refined(mesh, sides, settings.added_triangles, settings.edge_share)
-    fine = subdivided(fine, _LONGEST_EDGE * mesh.radius)
+    fine = subdivided(refined(mesh, sides, settings), _LONGEST_EDGE * mesh.radius)
     total = len(fine.positions) * sides
     groups: list[_Group] = []
     for rigid in rigid_groups(fine, joints):

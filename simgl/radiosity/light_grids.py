@@ -24,7 +24,6 @@ from simgl.radiosity.gather_points import (
 from simgl.radiosity.light_transport import LightGrids, LightTransport, by_columns
 from simgl.radiosity.occlusion import moved_into_open
 from simgl.radiosity.patch_cells import CellIndex, SeenCells
-from simgl.radiosity.refinement import edge_lengths
 from simgl.radiosity.solver import sun_cosines
 from simgl.radiosity.sun_gather import cells_seen
 from simgl.rays import RayTracer
@@ -73,7 +72,9 @@ def light_grids(
     """
     mesh, sides = transport.mesh, transport.sides
     worth = _unevenness(transport) * face_normals(mesh)[1]
-    worth[edge_lengths(mesh).max(axis=1) < _SHORTEST * mesh.radius] = 0.0
+    corners = mesh.positions[mesh.triangles].astype(np.float64)
+    longest = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).max(axis=1)
+    worth[longest < _SHORTEST * mesh.radius] = 0.0
     order = np.argsort(-worth, kind="stable")[:count]
     chosen = np.sort(order[(worth[order] > 0.0) & _affordable(transport, order)])
     if len(chosen) == 0:
