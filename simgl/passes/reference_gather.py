@@ -295,7 +295,8 @@ def _points(
     R = camera_from_body[:3, :3]
     in_camera = position[:, :3] @ R.T + camera_from_body[:3, 3]
     # Their lengths tell how normals spread (gbuffer/normal_spread.glsl).
-    facets, normals = unit_rows(face_normal[:, :3]), unit_rows(normal[:, :3])
+    facets = unit_rows(face_normal[:, :3].astype(np.float64)).astype(np.float32)
+    normals = unit_rows(normal[:, :3].astype(np.float64)).astype(np.float32)
     away = np.einsum("ij,ij->i", facets, in_camera) > 0.0
     facets = np.where(away[:, None], -facets, facets)
     return Points(places=position[:, :3], normals=normals @ R, facets=facets @ R, spread=spread)

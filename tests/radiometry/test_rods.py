@@ -6,7 +6,6 @@ import moderngl
 import numpy as np
 import pytest
 
-from simgl.arrays import Array
 from simgl.scenario.scenario import Scenario
 from simgl.simulator import Simulator
 from tests.gpu.glsl_functions import evaluate
@@ -18,7 +17,9 @@ from tests.scenes import IN_BANDS, scene
 LENGTH_PX, DISTANCE = 12, 1000.0
 
 
-def rod(width_px: float, roughness: float, phase: float, at_px: Array, roll: float) -> Scenario:
+def rod(
+    width_px: float, roughness: float, phase: float, at_px: tuple[float, float], roll: float
+) -> Scenario:
     """A polished metal rod square to the plane of Sun and camera, which is rolled against it."""
     size = DISTANCE / FOCAL_PX
     material = {"reflectance": 0.9, "metallic": 1.0, "roughness": roughness}
@@ -26,7 +27,7 @@ def rod(width_px: float, roughness: float, phase: float, at_px: Array, roll: flo
     upright = [np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)]
     body = {
         "model": {"cylinder": model},
-        "position_icrf_m": place(*at_px, DISTANCE).tolist(),
+        "position_icrf_m": place(at_px[0], at_px[1], DISTANCE).tolist(),
         "quaternion_icrf_from_body_xyzw": upright,
     }
     camera = {
@@ -76,7 +77,7 @@ def test_a_rods_highlight_has_its_light(
     for width in (3.0, 12.0):
         shares = []
         for at_px, roll in (((0.3, -0.3), 0.0), ((-0.1, 0.4), 0.0), ((0.3, 0.1), 0.4)):
-            scenario = rod(width, roughness, phase, np.array(at_px), roll)
+            scenario = rod(width, roughness, phase, at_px, roll)
             with Simulator(scenario, gl) as simulator:
                 shares.append(light(simulator, scenario).sum() / (width * expected))
         np.testing.assert_allclose(shares, 1.0, atol=0.1)
@@ -113,11 +114,13 @@ def test_a_lobe_that_is_longer_in_one_direction_agrees_with_quadrature_over_the_
         density = (1.0 + np.sum(slopes**2, axis=0)) ** -2 / (np.pi * along * across * (h @ n) ** 4)
         rows.append(np.concatenate([[along**2, across**2], n, axis, wi, wo]))
         expected.append(density.mean())
-    n, axis, wi, wo = (
+    normal, turn_axis, to_sun, to_eye = (
         f"vec3(in_value[{k}], in_value[{k + 1}], in_value[{k + 2}])" for k in (2, 5, 8, 11)
     )
-    width, h = f"uneven_width(in_value[0], in_value[1], {axis})", f"normalize({wi} + {wo})"
-    image = f"disc_image({n}, {h}, {wo}, dot({wo}, {h}), {width}, {SUN:.9g})"
+    width = f"uneven_width(in_value[0], in_value[1], {turn_axis})"
+    half_way = f"normalize({to_sun} + {to_eye})"
+    cosine = f"dot({to_eye}, {half_way})"
+    image = f"disc_image({normal}, {half_way}, {to_eye}, {cosine}, {width}, {SUN:.9g})"
     call = f"vec4(D_ggx_disc({image}, {width}.alpha))"
     got = evaluate(gl, ["surface/brdf.glsl"], call, np.array(rows, dtype=np.float32))[:, 0]
     np.testing.assert_allclose(got, expected, rtol=0.01)
