@@ -1,3 +1,5 @@
+#include "common/constants.glsl"
+
 // How the normals within a shading point's part of its cell spread.
 struct NormalSpread {
     float mean;     // as alpha^2 of a microfacet lobe, over both directions: the mean of the turns' squares over 3
@@ -18,12 +20,12 @@ mat2x3 square_to(vec3 n) {
 // spread : its mean, how uneven as a share of that, twice the angle of the axis from the first of `square_to` [rad]
 void store_spread(inout vec4 normal, inout vec4 face_normal, vec3 spread) {
     normal = vec4((1.0 + spread.y) * normal.xyz, spread.x);
-    face_normal.xyz *= 1.0 + fract(spread.z / 6.28318531);
+    face_normal.xyz *= 1.0 + fract(spread.z / (2.0 * PI));
 }
 
 NormalSpread stored_spread(vec4 normal, vec3 face_normal) {
     vec3 n = normalize(normal.xyz);
-    float angle = 3.14159265 * (length(face_normal) - 1.0);
+    float angle = PI * (length(face_normal) - 1.0);
     mat2x3 axes = square_to(n);
     float uneven = clamp(length(normal.xyz) - 1.0, 0.0, 1.0);
     vec2 turn = sqrt(3.0 * normal.w * (1.0 + vec2(uneven, -uneven)));
