@@ -9,7 +9,12 @@ import scipy
 
 from simgl.arrays import Array, Array32, IndexArray, Mask
 from simgl.camera.camera import Camera
-from simgl.camera.pinhole_fields import FINER, PinholeField, pinhole_fields
+from simgl.camera.pinhole_fields import (
+    FINER,
+    PinholeField,
+    pinhole_fields,
+    solid_angle_on_axis,
+)
 
 # Of the warp, as in shaders/warp/warp.frag: spacing of its sample points in fine pixels, and the
 # smallest and largest number of their rows and columns in a pixel.
@@ -239,16 +244,20 @@ def sight_lines(camera: Camera) -> Array:
 
 
 def relative_illumination(camera: Camera) -> Array32:
-    """(height, width) image-plane irradiance of a uniform radiance, relative to the axis; 0 where
-    the lens sees nothing."""
+    """(height, width) image-plane irradiance of a uniform radiance, relative to the axis of a lens
+    with square pixels; 0 where the lens sees nothing.
+
+    Two focal lengths make the solid angle of every pixel that of square ones over their ratio.
+    """
     d, vignetting = camera.detector, camera.lens.vignetting
     if not vignetting.natural and not vignetting.angles:
-        return np.ones((d.height, d.width), dtype=np.float32)
+        return np.full((d.height, d.width), solid_angle_on_axis(camera), dtype=np.float32)
     lines = sight_lines(camera)
     cosine = lines[..., 2]
     if vignetting.angles:
         angle = np.arctan2(np.hypot(lines[..., 0], lines[..., 1]), cosine)
         relative = np.interp(angle, vignetting.angles, vignetting.relative)
+        relative *= solid_angle_on_axis(camera)
         return np.where(np.isnan(cosine), 0.0, relative).astype(np.float32)
     if camera.is_pinhole:
         return (cosine**4).astype(np.float32)

@@ -40,7 +40,7 @@ class Blur:
 
 @dataclass(frozen=True, kw_only=True)
 class Zone:
-    """Blur at a distance from the image centre.
+    """Blur at a distance from the principal point.
 
     share : that distance over the half diagonal of the image, 0..1
     blur : there

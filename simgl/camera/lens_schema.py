@@ -46,7 +46,7 @@ class DistortionTable(Table, frozen=True, kw_only=True):
 class FieldZoneTable(Table, frozen=True, kw_only=True):
     """Blur off the axis.
 
-    at : distance from the image centre, as a fraction of the half diagonal
+    at : distance from the principal point, as a fraction of the half diagonal
     aberration_um, defocus_um : as those on the axis
     """
 

@@ -266,6 +266,16 @@ def _unseen(camera: Camera) -> str:
     return "folds the image: two rays meet in one place"
 
 
+def solid_angle_on_axis(camera: Camera) -> float:
+    """Of a pixel on the boresight, over that of a lens with the focal length along rows and square
+    axes."""
+    area, distortion = 1.0, camera.lens.distortion
+    if distortion is not None:
+        boresight = np.array([[0.0, 0.0, 1.0]])
+        area = float(distortion.area_per_steradian(boresight)[0]) / distortion.scale**2
+    return 1.0 / (camera.lens.aspect * area)
+
+
 def _on_pixels(camera: Camera) -> tuple[Array, Array]:
     """Unit lines of sight (height, width, 3) of the pixels in camera axes, and their solid angles
     (height, width) relative to that of one on the boresight; not finite where there are none.

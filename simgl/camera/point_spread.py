@@ -388,12 +388,15 @@ def _zone_weights(camera: Camera, half_diagonal: float) -> list[Array32 | None]:
     """(height, width) weight of each zone in each pixel; None for 1 everywhere.
 
     half_diagonal : of the image [px]
+
+    Blur off the axis grows from where the axis meets the image, as do the angles of its rays.
     """
     spread, d = camera.lens.spread, camera.detector
     assert spread is not None
     if len(spread.zones) == 1 or spread.image is not None:
         return [None]
-    x, y = np.arange(d.width) + 0.5 - 0.5 * d.width, np.arange(d.height) + 0.5 - 0.5 * d.height
+    axis_x, axis_y = camera.principal_point
+    x, y = np.arange(d.width) + 0.5 - axis_x, np.arange(d.height) + 0.5 - axis_y
     share = np.hypot(y[:, None], x) / half_diagonal
     nodes = np.array([zone.share for zone in spread.zones])
     return [np.interp(share, nodes, hat).astype(np.float32) for hat in np.eye(len(nodes))]

@@ -165,6 +165,24 @@ def test_zones_blur_their_own_part_of_the_picture(spread: Spreading) -> None:
     assert results[1].sum(dtype=np.float64) == pytest.approx(2.0, abs=1e-4)
 
 
+def test_zones_lie_around_the_principal_point(spread: Spreading) -> None:
+    zones = (Zone(share=0.0, blur=Blur()), Zone(share=1.0, blur=Blur(aberration=12e-6)))
+    planes = np.zeros((4, 192, 256), dtype=np.float32)
+    places = [(96, 188), (96, 68), (36, 188)]
+    for row, column in places:
+        planes[:, row, column] = 1.0
+    # The axis meets the image 60.5 px right of its centre, in the middle of a pixel.
+    cam = camera(
+        spread=PointSpread(diffraction=False, zones=zones),
+        principal_offset=(60.5 * 3.75e-6, 0.5 * 3.75e-6),
+    )
+    results = spread(cam, list(planes), None)
+    for row, column in places:
+        share = np.hypot(column - 188, row - 96) / np.hypot(128.0, 96.0)
+        # 0.0155 is the peak of the outer zone, as above.
+        assert results[1][row, column] == pytest.approx(1.0 - share + share * 0.0155, abs=2e-3)
+
+
 def test_sun_in_the_picture(spread: Spreading) -> None:
     """No NaN or infinity, and far from it the tail of its light: lambda N / (pi^3 p r^3)."""
     cam = camera(512, 384, spread=DIFFRACTION)

@@ -15,7 +15,7 @@ from simgl.camera.detector import Mosaic
 from simgl.camera.distortion import relative_illumination, sight_lines
 from simgl.camera.lens import Vignetting
 from simgl.camera.point_spread import Spread
-from simgl.camera.projections import Distortion
+from simgl.camera.projections import Distortion, Fisheye
 from simgl.gpu.render_targets import Area, Format, ImageTarget
 from simgl.images import ElectronFrame, RadianceFrame, TruthFrame
 from simgl.rendering.camera_pipeline import CameraPipeline
@@ -206,6 +206,29 @@ def test_corner_gets_cos4(millimetres: float, expected: float) -> None:
     r = np.hypot(640.0, 480.0) * 3.75e-6
     assert (f**2 / (f**2 + r**2)) ** 2 == pytest.approx(expected, abs=1e-6)
     assert corner == pytest.approx(expected, rel=2e-3)
+
+
+FLAT = Vignetting(natural=False)
+MEASURED = Vignetting(natural=False, angles=(0.0, 0.5), relative=(1.0, 0.5))
+
+
+@pytest.mark.parametrize("aspect", [1.0, 1.5, 0.7])
+@pytest.mark.parametrize("vignetting", [Vignetting(), FLAT, MEASURED])
+@pytest.mark.parametrize(
+    "lens",
+    [{}, {"skew": 0.1}, {"distortion": WIDE}, {"distortion": Fisheye(k1=0.05)}],
+    ids=["plain", "skew", "barrel", "fisheye"],
+)
+def test_a_pixel_on_the_axis_collects_by_its_solid_angle(
+    lens: dict[str, Any], vignetting: Vignetting, aspect: float
+) -> None:
+    """Light of a star does not depend on how a lens falls off away from it."""
+    # The axis in the middle of a pixel.
+    offset = (0.5 * 3.75e-6, 0.5 * 3.75e-6)
+    cam = camera(64, 48, vignetting=vignetting, aspect=aspect, principal_offset=offset, **lens)
+    on_axis = relative_illumination(cam)[24, 32]
+    # 1 / (fx fy) over that of square pixels, 1 / fx^2; float32.
+    assert on_axis == pytest.approx(1.0 / aspect, rel=1e-6)
 
 
 @pytest.mark.parametrize("distortion", [WIDE, PINCUSHION], ids=["barrel", "pincushion"])
