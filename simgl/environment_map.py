@@ -118,6 +118,46 @@ def cube_cell(directions: Array, n: int) -> IndexArray:
     return cell.reshape(directions.shape[:-1])
 
 
+def with_borders(radiance: Array32) -> Array32:
+    """(6, n + 2, n + 2, 4) a cube's faces, each with the texels of its neighbours around it.
+
+    radiance : (6, n, n, 4)
+
+    In a corner, where three texels meet, their mean stands for the fourth. Interpolation within a
+    face is then continuous from face to face.
+    """
+    n = radiance.shape[1]
+    result = np.empty((6, n + 2, n + 2, 4), dtype=np.float32)
+    result[:, 1:-1, 1:-1] = radiance
+    border, neighbours = _neighbours(n)
+    result.reshape(-1, 4)[border] = radiance.reshape(-1, 4)[neighbours]
+    for end, inner in ((0, 1), (-1, -2)):
+        for side, within in ((0, 1), (-1, -2)):
+            meeting = result[:, inner, within] + result[:, end, within] + result[:, inner, side]
+            result[:, end, side] = meeting / np.float32(3.0)
+    return result
+
+
+@lru_cache(maxsize=3)
+def _neighbours(n: int) -> tuple[IndexArray, IndexArray]:
+    """Where a cube with borders has texels of neighbouring faces, without corners, and which."""
+    t = (2.0 * np.arange(n) + 1.0) / n - 1.0
+    beyond, places, directions = 1.0 + 1.0 / n, [], []
+    steps = 1 + np.arange(n)
+    for face in range(6):
+        first = face * (n + 2) ** 2
+        for end, at in ((-beyond, 0), (beyond, n + 1)):
+            # A row, and a column.
+            for u, v, place in (
+                (t, end, first + at * (n + 2) + steps),
+                (end, t, first + steps * (n + 2) + at),
+            ):
+                along = np.multiply.outer(np.broadcast_to(u, n), RIGHT[face])
+                directions.append(FORWARD[face] + along + np.multiply.outer(v, DOWN[face]))
+                places.append(place)
+    return np.concatenate(places), cube_cell(np.concatenate(directions), n)
+
+
 def fill_between(radiance: Array32, tiles: Mask, coarse: Array32) -> None:
     """Make whole, in place, radiance (6, n, n, 4) of which some tiles are known.
 

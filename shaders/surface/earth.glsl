@@ -2,7 +2,7 @@
 #include "surface/material.glsl"
 
 // What the spacecraft sees around it (simgl/environment_map.py), in axes of its own [W m-2 sr-1].
-uniform samplerCube sky_cube;
+uniform sampler2D sky_cube;   // faces +x -x +y -y +z -z with borders, one below the other
 // What glossy lobes of roughness 0.2, 0.4 ... 1 see of it: slices of octahedral maps by the lobe's
 // axis.
 uniform sampler3D sky_lobes;
@@ -25,6 +25,25 @@ vec2 octahedral_place(vec3 d, float points) {
     return 0.5 + 0.5 * octahedral(d) * (1.0 - 1.0 / points);
 }
 
+// Radiance of the sky in a direction, linear between the texels of the cube.
+vec4 mirrored_sky(vec3 d) {
+    vec3 along = abs(d);
+    float longest = max(along.x, max(along.y, along.z));
+    // As of OpenGL's cube maps: right and down on the face.
+    float face = d.x < 0.0 ? 1.0 : 0.0;
+    vec2 place = vec2(d.x < 0.0 ? d.z : -d.z, -d.y);
+    if (along.y == longest && along.x != longest) {
+        face = d.y < 0.0 ? 3.0 : 2.0;
+        place = vec2(d.x, d.y < 0.0 ? -d.z : d.z);
+    } else if (along.x != longest) {
+        face = d.z < 0.0 ? 5.0 : 4.0;
+        place = vec2(d.z < 0.0 ? -d.x : d.x, -d.y);
+    }
+    vec2 size = vec2(textureSize(sky_cube, 0));
+    vec2 texel = 0.5 * size.x + 0.5 * (size.x - 2.0) * place / longest;
+    return textureLod(sky_cube, (vec2(0.0, face * size.x) + texel) / size, 0.0);
+}
+
 // Mean radiance of the sky that a lobe of width `alpha` about a direction sees.
 vec4 glossy_sky(vec3 d, float alpha) {
     const float smoothest = 1.0 / SKY_LOBES;
@@ -32,7 +51,7 @@ vec4 glossy_sky(vec3 d, float alpha) {
     vec2 place = octahedral_place(d, float(textureSize(sky_lobes, 0).x));
     // Below the first slice's roughness the texture repeats that slice.
     vec4 lobe = textureLod(sky_lobes, vec3(place, roughness - 0.5 * smoothest), 0.0);
-    vec4 mirror = textureLod(sky_cube, d, 0.0);
+    vec4 mirror = mirrored_sky(d);
     return mix(mirror, lobe, clamp((roughness - SMOOTH) / (smoothest - SMOOTH), 0.0, 1.0));
 }
 

@@ -16,7 +16,6 @@ ONE_MINUS_SRC1_COLOR = 0x88FA
 DEPTH_CLAMP = 0x864F
 CLIP_DISTANCE0 = 0x3000
 _CLIP_PLANES = 4
-TEXTURE_CUBE_MAP_SEAMLESS = 0x884F
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,7 +83,6 @@ class State:
             ctx.enable_direct(DEPTH_CLAMP)
         else:
             ctx.disable_direct(DEPTH_CLAMP)
-        ctx.enable_direct(TEXTURE_CUBE_MAP_SEAMLESS)
         for plane in range(_CLIP_PLANES):
             switch = ctx.enable_direct if plane < self.clip_planes else ctx.disable_direct
             switch(CLIP_DISTANCE0 + plane)

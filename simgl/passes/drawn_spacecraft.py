@@ -19,7 +19,7 @@ from simgl.view.spacecraft_view import SpacecraftView
 # Attitudes in which a sky is cached, of half a megabyte each.
 _MAX_TURNED = 8
 
-SkyTextures = tuple[moderngl.TextureCube, moderngl.Texture3D, moderngl.Texture]
+SkyTextures = tuple[moderngl.Texture, moderngl.Texture3D, moderngl.Texture]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -27,14 +27,14 @@ class EnvironmentProbe:
     """The sky of spacecraft at one place, in the axes of the first of them.
 
     sky : on the CPU
-    cube : its radiance as a cube map
+    cube : its radiance on the faces of a cube with borders, one below the other
     lobes : the sky as glossy lobes see it, an octahedral map for each of
         ``simgl.glossy_sky.ROUGHNESS``
     irradiance : an octahedral map by normal
     """
 
     sky: SkyRadiance
-    cube: moderngl.TextureCube
+    cube: moderngl.Texture
     lobes: moderngl.Texture3D
     irradiance: moderngl.Texture
     _turned: LruCache[bytes, SkyRadiance] = field(default_factory=lambda: LruCache(_MAX_TURNED))

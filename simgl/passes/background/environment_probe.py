@@ -14,6 +14,7 @@ from simgl.environment_map import (
     SkyRadiance,
     irradiance,
     prepare_irradiance,
+    with_borders,
 )
 from simgl.glossy_sky import ROUGHNESS, prefiltered, prepare_lobes
 from simgl.lru_cache import LruCache
@@ -99,15 +100,14 @@ class EnvironmentProbeStore:
     def _uploaded(self, view: SkyView) -> EnvironmentProbe:
         sky, self._unwritten[view.key] = self._added[view.key]
         cube, lobes, plane = self._textures(view.texels)
-        for face, radiance in enumerate(sky.radiance):
-            cube.write(face, radiance)
+        cube.write(with_borders(sky.radiance))
         return EnvironmentProbe(sky=sky, cube=cube, lobes=lobes, irradiance=plane)
 
     def _textures(self, texels: int) -> SkyTextures:
         """Unused ones, or new ones."""
         if self._unused:
             cube, lobes, plane = self._unused.pop().textures
-            if cube.size == (texels, texels):
+            if cube.size == _size(texels):
                 return cube, lobes, plane
             cube.release()
             return self._cube(texels), lobes, plane
@@ -119,9 +119,15 @@ class EnvironmentProbeStore:
             texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
         return self._cube(texels), lobes, plane
 
-    def _cube(self, texels: int) -> moderngl.TextureCube:
-        cube = self._ctx.texture_cube((texels, texels), 4, dtype="f4")
+    def _cube(self, texels: int) -> moderngl.Texture:
+        """Of its faces, one below the other.
+
+        llvmpipe rounds what it reads of a cube map near an edge otherwise, at all points that it
+        works out together. Some of these are not drawn, and are left from the frame before.
+        """
+        cube = self._ctx.texture(_size(texels), 4, dtype="f4")
         cube.filter = (moderngl.LINEAR, moderngl.LINEAR)
+        cube.repeat_x = cube.repeat_y = False
         return cube
 
     def release(self) -> None:
@@ -131,6 +137,11 @@ class EnvironmentProbeStore:
             for texture in probe.textures:
                 texture.release()
         self._unused.clear()
+
+
+def _size(texels: int) -> tuple[int, int]:
+    """Of a cube's texture, columns and rows."""
+    return texels + 2, 6 * (texels + 2)
 
 
 def _integrals(sky: SkyRadiance) -> _Integrals:
