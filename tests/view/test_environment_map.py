@@ -9,7 +9,10 @@ import pytest
 
 from simgl.environment_map import (
     COARSE,
+    DOWN,
     FINE,
+    FORWARD,
+    RIGHT,
     SkyRadiance,
     cell_radiance,
     cube_directions,
@@ -17,6 +20,7 @@ from simgl.environment_map import (
     irradiance,
     octahedron,
     turned,
+    with_borders,
 )
 from simgl.glossy_sky import ROUGHNESS, prefiltered
 
@@ -49,6 +53,27 @@ def test_directions_follow_the_cube_maps_of_opengl() -> None:
                 component = vector["xyz".index(name[1])] * (1.0 if name[0] == "+" else -1.0)
                 np.testing.assert_allclose(component, (2.0 * value + 1.0) / 4.0 - 1.0)
             assert vector[face // 2] == (1.0, -1.0)[face % 2]
+
+
+def test_borders_are_the_texels_of_the_neighbouring_faces() -> None:
+    n = 8
+    sky = np.random.default_rng(3).random((6, n, n, 4)).astype(np.float32)
+    around = with_borders(sky)
+    np.testing.assert_array_equal(around[:, 1:-1, 1:-1], sky)
+    # Directions of a cube whose faces are wider by a texel on each side.
+    t = (2.0 * np.arange(-1, n + 1) + 1.0) / n - 1.0
+    wider = FORWARD[:, None, None] + DOWN[:, None, None] * t[:, None, None]
+    wider = wider + RIGHT[:, None, None] * t[:, None]
+    wider /= np.linalg.norm(wider, axis=-1, keepdims=True)
+    nearness = wider @ cube_directions(n).reshape(-1, 3).T
+    corner = np.zeros((n + 2, n + 2), dtype=bool)
+    corner[np.ix_([0, -1], [0, -1])] = True
+    nearest = sky.reshape(-1, 4)[nearness.argmax(axis=-1)]
+    np.testing.assert_array_equal(around[:, ~corner], nearest[:, ~corner])
+    # The three texels that meet in a corner are the nearest to it.
+    three = np.argsort(nearness[:, corner], axis=-1)[..., -3:]
+    mean = sky.reshape(-1, 4)[three].mean(axis=-2)
+    np.testing.assert_allclose(around[:, corner], mean, rtol=1e-6)
 
 
 def test_an_octahedral_map_is_continuous_across_its_fold_and_has_the_axes() -> None:
