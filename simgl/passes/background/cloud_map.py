@@ -29,7 +29,7 @@ from simgl.scene.noise_volume import SIZE, noise_volume
 
 # Optical thickness of code 1; that of code 0 is 1, logarithmic between, as in planet/cloud.glsl.
 THICKEST = 100.0
-# Optical thickness that reflects half of diffuse light: 4 / (3 (1 - g)) for droplets of asymmetry 0.85.
+# Optical thickness that reflects half of diffuse light: 4 / (3 (1 - g)), droplets' asymmetry 0.85.
 _HALF_REFLECTED = 4.0 / (3.0 * (1.0 - 0.85))
 # Enough to find the mean cover by.
 _SMALL = (512, 256)
@@ -100,8 +100,8 @@ def weather_levels(codes: Image8) -> MapLevels:
     """The halvings of a weather map, which reflect as much light as the map.
 
     Cloud is thick where there is much of it: a mean cover times the reflectance of a mean thickness
-    would lose a quarter of the light of the tropics from cell to cell. A level has the thickness whose
-    reflectance is the mean of the map's, weighted by cover.
+    would lose a tenth of the light of the tropics in pixels of 100 km. A level has the thickness
+    whose reflectance is the mean of the map's, weighted by cover.
     """
     levels = map_levels(codes)
     share = codes[..., 0].astype(np.float32)
