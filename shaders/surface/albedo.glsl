@@ -3,13 +3,20 @@
 
 uniform sampler2D lobe_table;
 
-// Directional albedo of the GGX lobe.
+// Of the GGX lobe: directional albedo as scale and bias of its reflectance at normal incidence; of the round
+// lobe that stands for all directions from which a viewer gets its light, the sine between the normal and
+// the axis over that of the viewer, and the roughness.
+vec4 of_lobe(float NoV, float alpha) {
+    float nodes = float(textureSize(lobe_table, 0).x);
+    vec2 place = sqrt(clamp(vec2(NoV, alpha), 0.0, 1.0));
+    return textureLod(lobe_table, (place * (nodes - 1.0) + 0.5) / nodes, 0.0);
+}
+
+// Its directional albedo.
 //
 // f0 : reflectance at normal incidence; alpha : width of the lobe, roughness^2
 vec4 lobe_albedo(vec4 f0, float NoV, float alpha) {
-    float nodes = float(textureSize(lobe_table, 0).x);
-    vec2 place = sqrt(clamp(vec2(NoV, alpha), 0.0, 1.0));
-    vec2 split = textureLod(lobe_table, (place * (nodes - 1.0) + 0.5) / nodes, 0.0).rg;
+    vec2 split = of_lobe(NoV, alpha).xy;
     return f0 * split.x + split.y;
 }
 

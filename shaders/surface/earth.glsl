@@ -44,10 +44,9 @@ vec4 mirrored_sky(vec3 d) {
     return textureLod(sky_cube, (vec2(0.0, face * size.x) + texel) / size, 0.0);
 }
 
-// Mean radiance of the sky that a lobe of width `alpha` about a direction sees.
-vec4 glossy_sky(vec3 d, float alpha) {
+// Mean radiance of the sky that a round lobe of a roughness about a direction sees.
+vec4 glossy_sky(vec3 d, float roughness) {
     const float smoothest = 1.0 / SKY_LOBES;
-    float roughness = sqrt(alpha);
     vec2 place = octahedral_place(d, float(textureSize(sky_lobes, 0).x));
     // Below the first slice's roughness the texture repeats that slice.
     vec4 lobe = textureLod(sky_lobes, vec3(place, roughness - 0.5 * smoothest), 0.0);
@@ -55,11 +54,11 @@ vec4 glossy_sky(vec3 d, float alpha) {
     return mix(mirror, lobe, clamp((roughness - SMOOTH) / (smoothest - SMOOTH), 0.0, 1.0));
 }
 
-// Axis of the lobe that a viewer sees: the mirror direction for a smooth surface, turned towards the
-// normal for a rough one (Lagarde and de Rousiers 2014, section 4.9.3).
-vec3 lobe_axis(Surface s, float alpha) {
-    float smoothness = 1.0 - min(alpha, 1.0);
-    return mix(s.n, reflect(-s.wo, s.n), smoothness * (sqrt(smoothness) + min(alpha, 1.0)));
+// What a lobe sees of the sky that it turns to the viewer; `seen` as of_lobe has it.
+vec4 seen_sky(Surface s, mat3 to_sky, vec2 seen) {
+    vec3 along = seen.x * (dot(s.n, s.wo) * s.n - s.wo);
+    vec3 axis = along + sqrt(max(1.0 - dot(along, along), 0.0)) * s.n;
+    return glossy_sky(to_sky * axis, seen.y);
 }
 
 // Radiance of the Earth's light that a surface turns to the viewer [W m-2 sr-1].
@@ -73,11 +72,9 @@ vec4 earth_light(Surface s, Albedo albedo) {
     vec2 place = octahedral_place(to_sky * s.n, float(textureSize(sky_irradiance, 0).x));
     vec4 light = s.earth_share * albedo.diffuse / PI * textureLod(sky_irradiance, place, 0.0);
     if (!s.lambertian)
-        light += s.sky_share * albedo.glossy * glossy_sky(to_sky * lobe_axis(s, s.alpha), s.alpha);
+        light += s.sky_share * albedo.glossy * seen_sky(s, to_sky, albedo.seen);
     // Points without a coat are mostly drawn with a shader that has none.
-    if (s.coat > 0.0) {
-        vec3 axis = to_sky * lobe_axis(s, s.coat_alpha);
-        light += s.coat_sky_share * albedo.coat * glossy_sky(axis, s.coat_alpha);
-    }
+    if (s.coat > 0.0)
+        light += s.coat_sky_share * albedo.coat * seen_sky(s, to_sky, albedo.coat_seen);
     return light;
 }

@@ -133,10 +133,12 @@ vec4 diffuse_albedo(Surface s) {
 
 // Directional albedo of the base's specular lobe, of width s.alpha: the radiance is this times the
 // radiance that the lobe sees.
-vec4 glossy_albedo(Surface s) {
+//
+// split : scale and bias of the lobe
+vec4 glossy_albedo(Surface s, vec2 split) {
     if (s.lambertian) return vec4(0.0);
     float NoV = viewer_cosine(s);
-    vec4 share = s.gain * lobe_albedo(normal_reflectance(s), NoV, s.alpha);
+    vec4 share = s.gain * (normal_reflectance(s) * split.x + split.y);
     if (s.coat > 0.0) {
         // A narrow lobe sees what lies at the viewer's own incidence, a wide one much of the sky.
         float out_transmission = coat_transmission(s, NoV);
@@ -146,20 +148,18 @@ vec4 glossy_albedo(Surface s) {
     return share;
 }
 
-// Directional albedo of the clear coat's lobe, of width s.coat_alpha; grey.
-float coat_albedo(Surface s) {
-    float share = 0.0;
-    if (s.coat > 0.0)
-        share = s.coat * lobe_albedo(vec4(COAT_F0), viewer_cosine(s), s.coat_alpha).r;
-    return share;
-}
-
-// What a surface turns to the viewer of light from all around, lobe by lobe.
+// What a surface turns to the viewer of light from all around, lobe by lobe; of the clear coat grey. And the
+// round lobes of base and coat that see it, as of_lobe has them.
 struct Albedo {
     vec4 diffuse, glossy;
     float coat;
+    vec2 seen, coat_seen;
 };
 
 Albedo albedo_of(Surface s) {
-    return Albedo(diffuse_albedo(s), glossy_albedo(s), coat_albedo(s));
+    float NoV = viewer_cosine(s);
+    vec4 base = of_lobe(NoV, s.alpha), coat = vec4(0.0);
+    if (s.coat > 0.0) coat = of_lobe(NoV, s.coat_alpha);
+    return Albedo(diffuse_albedo(s), glossy_albedo(s, base.xy), s.coat * (COAT_F0 * coat.x + coat.y),
+                  base.zw, coat.zw);
 }

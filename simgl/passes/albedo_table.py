@@ -14,7 +14,7 @@ LOBE_UNIT = 10
 
 def lobe_texture(ctx: moderngl.Context) -> moderngl.Texture:
     """A new float texture of ``lobe_table``, interpolated between its texels."""
-    shape = (TABLE_SIZE, TABLE_SIZE, 2)
+    shape = (TABLE_SIZE, TABLE_SIZE, 4)
     table = computed_once(
         "tables",
         (directional_albedo.__name__, "numpy"),
@@ -22,7 +22,7 @@ def lobe_texture(ctx: moderngl.Context) -> moderngl.Texture:
         lambda: {"albedo": lobe_table()},
         lambda arrays: arrays["albedo"].shape == shape and arrays["albedo"].dtype == np.float32,
     )["albedo"]
-    texture = ctx.texture(shape[:2], 2, table.tobytes(), dtype="f4")
+    texture = ctx.texture(shape[:2], 4, table.tobytes(), dtype="f4")
     texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
     texture.repeat_x = texture.repeat_y = False
     return texture

@@ -1,4 +1,5 @@
-"""Directional albedo of the GGX lobe, by quadrature: the look-up table of the shaders."""
+"""Directional albedo of the GGX lobe, and where the light of a lobe comes from, by quadrature: the
+look-up table of the shaders."""
 
 from __future__ import annotations
 
@@ -32,6 +33,56 @@ def lobe_albedo(cosine: Array, alpha: Array, *, order: int = 32) -> tuple[Array,
     1 - (1 - VoH)^5 gives a, times (1 - VoH)^5 gives b. Normals by Heitz' map from the unit disc;
     Gauss-Legendre along its radius with dense nodes at the rim, which holds the lobe's tail.
     """
+    escaping, _, VoH, _ = _escaping(cosine, alpha, order)
+    schlick = (1.0 - VoH) ** 5
+    return (
+        np.sum(escaping * (1.0 - schlick), axis=(1, 2)),
+        np.sum(escaping * schlick, axis=(1, 2)),
+    )
+
+
+def seen_lobe(cosine: Array, alpha: Array, *, order: int = 32) -> tuple[Array, Array]:
+    """The round lobe that stands for all directions from which a viewer gets a lobe's light.
+
+    cosine, alpha, order : as of ``lobe_albedo``
+    returns : (k,) sine between the normal and the lobe's axis over that of the viewer; (k,) the
+        roughness of the ``glossy_sky`` that is looked up there
+
+    The axis is where the light comes from in the mean, first of all alike, then by the inverse of
+    its chord from there: the long tail of a lobe at a slant counts less. It leaves the mirror
+    direction, since the lobe ends at the horizon. The width gives chords from the axis the same
+    mean: at a slant a lobe is narrower across the plane of incidence than along it.
+    """
+    escaping, h, VoH, viewer = _escaping(cosine, alpha, order)
+    light = 2.0 * VoH * h - viewer
+    share = escaping / np.sum(escaping, axis=(1, 2), keepdims=True)
+    axis, chord = _axis(light, share)
+    axis, chord = _axis(light, share / np.maximum(chord, 1e-6))
+    sine = np.sqrt(1.0 - cosine**2)
+    return -axis[0] / sine, _roughness_of(np.sum(share * chord, axis=(1, 2)))
+
+
+def _axis(light: Array, weight: Array) -> tuple[Array, Array]:
+    """Mean of directions (3, k, n, n) by weight (k, n, n): (3, k) unit; their chords from it."""
+    mean = np.sum(weight * light, axis=(2, 3))
+    axis = mean / np.sqrt(np.sum(mean**2, axis=0))
+    return axis, np.sqrt(np.sum((light - axis[:, :, None, None]) ** 2, axis=0))
+
+
+def _roughness_of(chord: Array) -> Array:
+    """Of the prefiltered lobe, D(h) max(n.l, 0) for n = v, whose light is so far from its axis."""
+    roughness = np.linspace(0.0, 1.0, 201)
+    part = (np.arange(2000) + 0.5) / 2000
+    tangent2 = roughness[:, None] ** 4 * part / (1.0 - part)
+    sine2 = tangent2 / (1.0 + tangent2)
+    weight = np.maximum(1.0 - 2.0 * sine2, 0.0)
+    mean = np.sum(weight * 2.0 * np.sqrt(sine2), axis=1) / np.sum(weight, axis=1)
+    return np.interp(chord, mean, roughness)
+
+
+def _escaping(cosine: Array, alpha: Array, order: int) -> tuple[Array, Array, Array, Array]:
+    """Visible normals (3, k, order, order), the part of the light that each reflects out of the
+    surface (k, order, order), its cosine with the viewer, and the viewer (3, k, 1, 1)."""
     nodes, weights = np.polynomial.legendre.leggauss(order)
     rest = 0.5 * (1.0 - nodes)
     weight = (0.5 * weights * 4.0 * rest**3)[:, None] / order
@@ -53,23 +104,21 @@ def lobe_albedo(cosine: Array, alpha: Array, *, order: int = 32) -> tuple[Array,
     NoL = np.where(above, NoL, 1.0)
     seen = 1.0 + lambda_smith(c, a)
     escaping = np.where(above, seen / (seen + lambda_smith(NoL, a)), 0.0) * weight
-    schlick = (1.0 - VoH) ** 5
-    return (
-        np.sum(escaping * (1.0 - schlick), axis=(1, 2)),
-        np.sum(escaping * schlick, axis=(1, 2)),
-    )
+    viewer = np.stack([sine, np.zeros_like(c), c])
+    return escaping, h, VoH, viewer
 
 
 def lobe_table() -> Array32:
-    """(TABLE_SIZE, TABLE_SIZE, 2) table of ``lobe_albedo``.
+    """(TABLE_SIZE, TABLE_SIZE, 4) table of ``lobe_albedo`` and ``seen_lobe``.
 
     Rows by roughness 0..1, columns by the square root of the cosine 0..1, in equal steps with the
     ends on the first and last texel.
     """
     steps = np.linspace(0.0, 1.0, TABLE_SIZE)
-    cosine = np.maximum(steps**2, _GRAZING)
-    rows = [
-        np.stack(lobe_albedo(cosine, np.full(TABLE_SIZE, max(roughness**2, _SMOOTHEST))), axis=1)
-        for roughness in steps
-    ]
+    # A viewer along the normal has no plane of incidence.
+    cosine = np.clip(steps**2, _GRAZING, 1.0 - 1e-6)
+    rows = []
+    for roughness in steps:
+        alpha = np.full(TABLE_SIZE, max(roughness**2, _SMOOTHEST))
+        rows.append(np.stack([*lobe_albedo(cosine, alpha), *seen_lobe(cosine, alpha)], axis=1))
     return np.stack(rows).astype(np.float32)

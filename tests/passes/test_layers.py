@@ -69,7 +69,8 @@ def furnace(
         f"{str(roughness is None).lower()}, {str(conserving).lower()}, {coat}, {coat_roughness})"
     )
     light = "vec3(in_value[0], in_value[1], in_value[2])"
-    albedos = f"(diffuse_albedo({surface}) + glossy_albedo({surface}) + coat_albedo({surface})).g"
+    albedo = f"albedo_of({surface})"
+    albedos = f"({albedo}.diffuse + {albedo}.glossy + {albedo}.coat).g"
     table = lobe_texture(gl)
     values = evaluate(
         gl,

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from simgl.passes.albedo_table import lobe_texture
-from simgl.physics.directional_albedo import lobe_albedo, lobe_table
+from simgl.physics.directional_albedo import lobe_albedo, lobe_table, seen_lobe
 from tests.gpu.glsl_functions import evaluate
 from tests.reference.brdf import base_loss, brdf
 
@@ -76,4 +76,18 @@ def test_the_shaders_polynomial_gives_the_bases_loss(gl: moderngl.Context) -> No
 
 def test_a_smooth_lobe_loses_nothing() -> None:
     # Roughness 0.02 and less: rows 0 of the table. (1 - 0.02^4) and Schlick's term at grazing.
-    np.testing.assert_allclose(lobe_table()[0, 8:].sum(axis=1), 1.0, atol=1e-4)
+    np.testing.assert_allclose(lobe_table()[0, 8:, :2].sum(axis=1), 1.0, atol=1e-4)
+
+
+def test_a_narrow_lobe_sees_the_mirror_direction_and_the_widest_the_sky() -> None:
+    cosine = np.linspace(0.1, 0.99, 12)
+    sine, roughness = seen_lobe(cosine, np.full(12, 0.01))
+    # It leaves the mirror direction by the square of the width over the cosine's.
+    np.testing.assert_allclose(sine, 1.0, atol=2e-3)
+    assert np.all(roughness < 0.115)
+    # At normal incidence it is the lobe that is prefiltered, but for that one's cosine.
+    _, straight = seen_lobe(np.array([1.0 - 1e-6]), np.array([0.04]))
+    assert straight[0] == pytest.approx(0.2, rel=0.05)
+    sine, roughness = seen_lobe(cosine, np.full(12, 1.0))
+    np.testing.assert_allclose(sine, 0.0, atol=0.1)
+    assert np.all(roughness > 0.95)
