@@ -268,6 +268,8 @@ class GrowingTarget:
         self.release()
         if depth is None:
             depth = self._made_depth = self._ctx.depth_renderbuffer((columns, rows))
+        # All of a framebuffer have one size: that buffer may have grown with more.
+        columns, rows = depth.size
         self._depth = depth
         kind = self._kind
         for _ in range(1 + max(index for group in self._groups for index in group)):

@@ -405,7 +405,8 @@ class RenderTable(Table, frozen=True, kw_only=True):
     """``[render]``: noise, samples and interreflection.
 
     seed : seed of all noise
-    samples_per_pixel : mean number of geometry samples per pixel; default: automatic
+    samples_per_pixel : mean number of geometry samples per pixel; default: automatic. More than 64
+        make shadow maps finer, too
     inter_reflection : light between the surfaces of a spacecraft, and their occlusion of the Earth
     between_spacecraft : light from one spacecraft to another, at vertices
     gather : interreflection at vertices, or by rays from every sample of every pixel

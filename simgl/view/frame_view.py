@@ -154,7 +154,12 @@ def frame_view(
                 while_open=part.turn_while_open,
             )
         views = spacecraft_views(
-            state, camera, inter_reflection, between_spacecraft=near, shadows=shadows
+            state,
+            camera,
+            inter_reflection,
+            between_spacecraft=near,
+            shadows=shadows,
+            samples_per_pixel=samples_per_pixel,
         )
         if part is not None and rows is not None:
             views = [_moving(view, part, rows, real, seen) for view in views]

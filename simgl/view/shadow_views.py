@@ -28,8 +28,13 @@ from simgl.scene.state import BodyState, SceneState, SunSeen
 
 # Texels along a map's edge.
 SIZES = (512, 768, 1024, 1536, 2048)
+# And those of scenarios that ask for more than ``_PLENTY`` samples per pixel.
+_FINER_SIZES = (*SIZES, 3072, 4096)
 # Of these, so many fall on the width of a pixel.
 _TEXELS_PER_PIXEL = 3.0
+# With more samples per pixel than this the texels limit how well a shadow's edge is placed: they
+# become smaller as the samples do.
+_PLENTY = 64.0
 # Casters' heights are bounded in cells of so many texels along an edge, and so many cells around
 # each (caster_level of shaders/surface/caster_bounds.glsl, there in texels).
 CELL = 8
@@ -173,24 +178,29 @@ def shadow_view(
     sun: SunSeen,
     body_from_camera: Array,
     others: TurnedFrom | None = None,
+    samples_per_pixel: float | None = None,
 ) -> ShadowView:
     """The maps that one spacecraft needs in an image.
 
     sun : its main light, Sun or Moon; the map is empty where that gives no light
     body_from_camera : (4, 4)
     others : what shares these maps; None for nothing
+    samples_per_pixel : that the scenario asks for
     """
     sunlit = bool(sun.irradiance.any())
     sun_body = body.pose.R_icrf_from_body.T @ sun.direction_icrf
     radius = _coarse(sun.angular_radius)
     step = _DIRECTION_STEP * radius
-    drawn_for, turn, fineness = sun_body, 0.0, 1.0
+    drawn_for, turn = sun_body, 0.0
+    finer = 1.0 if samples_per_pixel is None else max(samples_per_pixel / _PLENTY, 1.0) ** 0.5
+    fineness = finer
     if others is not None:
         drawn_for, turn, body_from_camera = others.sun_body, others.turn, others.body_from_camera
-        fineness = _BLURRED if others.while_open > _TURN_THAT_BLURS else 1.0
+        fineness *= _BLURRED if others.while_open > _TURN_THAT_BLURS else 1.0
     nearest, next_nearest = _grid_directions(drawn_for, step)
     # Light reaches a receiver through a cone: casters lie as far outside as the cone is wide.
     cone = float(np.tan(radius + step / np.sqrt(2.0) + turn))
+    sizes = SIZES if finer == 1.0 else _FINER_SIZES
     R_light = _light_axes(nearest)
     mesh = body.model.posed_mesh
     # The same for all directions of the Sun.
@@ -206,7 +216,7 @@ def shadow_view(
             footprint = np.inf
 
         def fitted(middle: Array, half: float, footprint: float) -> ShadowMap:
-            return _map(casters, R_light, middle, half, cone, heights, footprint)
+            return _map(casters, R_light, middle, half, cone, heights, footprint, sizes)
 
         wide = fitted(centre[:2], 1.01 * mesh.radius, footprint)
         if wide.texel * _ENOUGH > footprint:
@@ -317,11 +327,14 @@ def _map(
     cone: float,
     heights: tuple[float, float],
     footprint: float,
+    sizes: tuple[int, ...],
 ) -> ShadowMap:
     """A map of a square about ``middle`` (2,) [m] with receivers within ``half`` of it [m].
 
     cone : tangent of the half angle within which light comes
     heights : lowest receiver, and highest that the map may reach [m]
+    footprint : of a pixel on the spacecraft [m]
+    sizes : that the map may have
     """
     bottom, highest = heights
     above = [
@@ -333,7 +346,7 @@ def _map(
     margin = (top - bottom) * cone
     reach = half + margin
     wanted = 2.0 * reach * _TEXELS_PER_PIXEL / footprint
-    size = next((s for s in SIZES if s >= wanted), SIZES[-1])
+    size = next((s for s in sizes if s >= wanted), sizes[-1])
     # The filter reaches two texels beyond.
     reach *= size / (size - 4.0)
     x, y = middle.tolist()

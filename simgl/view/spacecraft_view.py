@@ -136,12 +136,14 @@ def spacecraft_views(
     *,
     between_spacecraft: bool = False,
     shadows: ShadowsOf | None = None,
+    samples_per_pixel: float | None = None,
 ) -> list[SpacecraftView]:
     """All spacecraft that the Earth does not hide from the camera.
 
     inter_reflection : with the light between the surfaces of each
     between_spacecraft : and that between those near to each other
     shadows : whose shadow maps they have; None for their own
+    samples_per_pixel : that the scenario asks for
 
     Raises ConfigError where the camera is inside a body.
     """
@@ -174,6 +176,7 @@ def spacecraft_views(
                     sun,
                     body_from_camera,
                     None if shadows is None else shadows.of(name),
+                    samples_per_pixel,
                 ),
                 air=air_between(state, camera.position, body.pose.position),
             )

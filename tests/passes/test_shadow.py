@@ -41,7 +41,9 @@ def sun_at(incidence_deg: float, azimuth_deg: float = 0.0) -> tuple[float, float
     return float(np.sin(t) * np.cos(a)), float(np.sin(t) * np.sin(a)), float(np.cos(t))
 
 
-def seen_from_above(gl: moderngl.Context, bars: list[Bar], incidence: float) -> tuple[Image, float]:
+def seen_from_above(
+    gl: moderngl.Context, bars: list[Bar], incidence: float, samples_per_pixel: int = 64
+) -> tuple[Image, float]:
     """(128, 128) share of full sunlight on bars, from the side of +x; the width of a pixel [m]."""
     still = Motion(
         trajectory=UniformMotion(position=np.zeros(3), velocity=np.zeros(3), epoch_tai_ns=0),
@@ -51,7 +53,7 @@ def seen_from_above(gl: moderngl.Context, bars: list[Bar], incidence: float) -> 
         {},
         FROM_ABOVE,
         sun_direction=sun_at(incidence),
-        render=FINE,
+        render={**FINE, "samples_per_pixel": samples_per_pixel},
     )
     scenario = replace(empty, models={"bars": solids("bars", bars)}, motions={"bars": still})
     full = 0.5 / np.pi * GREEN * np.cos(np.radians(incidence))
@@ -183,6 +185,31 @@ def test_a_low_step_shades_its_lee_by_its_height_and_nothing_to_windward(
     lee = missing[:, ~sunny].sum(axis=1).mean() * pixel
     # A tenth of a texel; there are three on a pixel's width.
     assert abs(lee - shadow) < 0.1 * pixel / 3.0
+
+
+def test_shadows_in_grooves_are_as_fine_as_the_samples_that_are_asked_for(
+    gl: moderngl.Context,
+) -> None:
+    """Grooves of 5 mm, 3 mm deep, in pixels of 15 mm, as between solar cells."""
+    width, deep, pitch = 0.005, 0.003, 0.031
+    floor: Bar = ((-0.7, 0.0, -0.7), (0.7, 0.0, -0.7), 1.4)
+    edges = np.arange(-0.62, 0.62, pitch)
+    high = pitch - width
+    cells: list[Bar] = [
+        ((x + 0.5 * high, -0.6, deep - 0.5 * high), (x + 0.5 * high, 0.6, deep - 0.5 * high), high)
+        for x in edges
+    ]
+    image, pixel = seen_from_above(gl, [floor, *cells], 45.0, samples_per_pixel=256)
+    x = (np.arange(128) + 0.5 - 64.0) * pixel
+    middle = np.abs(x) < 0.5
+    # Light comes from +x: the shadow lies below a groove's edge there.
+    ends = np.array([x - 0.5 * pixel, x + 0.5 * pixel]) - edges[0]
+    number = np.floor(ends / pitch)
+    shaded = deep * number + np.clip(ends - pitch * number - (pitch - deep), 0.0, deep)
+    share = 1.0 - (shaded[1] - shaded[0]) / pixel
+    off = (image - share)[np.ix_(middle, middle)]
+    # An eighth of a texel; there are six on a pixel's width. With three: 0.032.
+    assert np.sqrt((off**2).mean()) < 0.125 / 6.0
 
 
 @pytest.mark.parametrize("height", [0.003, 0.006])

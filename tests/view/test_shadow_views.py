@@ -34,7 +34,13 @@ def _scenario() -> Scenario:
     )
 
 
-def _view(state: SceneState, sun: Array, sunlit: bool = True, **moved: Array) -> ShadowView:
+def _view(
+    state: SceneState,
+    sun: Array,
+    sunlit: bool = True,
+    samples_per_pixel: float | None = None,
+    **moved: Array,
+) -> ShadowView:
     """Of the plate, under a Sun in a direction, with bodies moved [m]."""
     assert isinstance(state.sun, SunInDirection)
     place = SunAtPosition(
@@ -56,7 +62,14 @@ def _view(state: SceneState, sun: Array, sunlit: bool = True, **moved: Array) ->
     seen = state.direct_light(bodies["plate"].pose.position).main
     if not sunlit:
         seen = replace(seen, irradiance=np.zeros(4))
-    return shadow_view(state, bodies["plate"], camera.camera, seen, matrix)
+    return shadow_view(
+        state,
+        bodies["plate"],
+        camera.camera,
+        seen,
+        matrix,
+        samples_per_pixel=samples_per_pixel,
+    )
 
 
 def _state() -> SceneState:
@@ -113,6 +126,14 @@ def test_only_what_casts_into_a_map_is_drawn_there() -> None:
     assert moved.close is not None
     assert moved.close.key == view.close.key
     assert moved.wide.key != view.wide.key
+
+
+def test_maps_are_finer_only_where_a_scenario_asks_for_many_samples() -> None:
+    up = np.array([0.0, 0.0, 1.0])
+    automatic, many, most = (_view(_state(), up, samples_per_pixel=n) for n in (None, 64.0, 256.0))
+    assert [m.key for m in automatic.maps] == [m.key for m in many.maps]
+    # Twice as many samples along an edge, but for the steps of the sizes.
+    assert most.maps[-1].texel <= 0.55 * automatic.maps[-1].texel
 
 
 def test_what_no_sunlight_reaches_has_one_small_map_without_casters() -> None:
