@@ -40,10 +40,13 @@ class VisibilityPass:
         self._chooses = is_software(ctx)
         self._programs: dict[tuple[str, ...], OutlineProgram] = {}
         self._program_for(())
-        self._target = GrowingTarget(ctx, [[0]], Format("u4", 2))
+        self._target = GrowingTarget(ctx, [range(2)], Format("u4"))
 
-    def draw(self, tile: RasterTile, spacecraft: Sequence[DrawnSpacecraft]) -> moderngl.Texture:
-        """RG32UI samples of the tile, valid until the next draw."""
+    def draw(
+        self, tile: RasterTile, spacecraft: Sequence[DrawnSpacecraft]
+    ) -> tuple[moderngl.Texture, ...]:
+        """Triangles and surfaces of the tile's samples, R32UI, in the order of ``SEEN``; valid until
+        the next draw."""
         size = tile.raster_size
         (target,) = self._target.covering(size)
         viewport = (0, 0, *size)
@@ -65,7 +68,7 @@ class VisibilityPass:
                 state.apply(self._ctx, target, viewport, viewport)
                 self._blocks.bind_spacecraft(drawn)
                 self._draw(drawn, numbers)
-        return textures_of(target)[0]
+        return textures_of(target)
 
     def _draw(self, drawn: DrawnSpacecraft, numbers: UIntArray | None) -> None:
         """The triangles of some numbers; of None all."""
