@@ -27,7 +27,7 @@
 #include "surface/layers.glsl"
 #endif
 
-uniform usampler2D visibility;
+uniform usampler2D seen_triangles, seen_surfaces;
 // Rows of texels: place as stored and label; normal as stored. With DETAILED besides: place in the
 // images; factors of the base colour.
 uniform sampler2D mesh_vertices;
@@ -169,11 +169,10 @@ struct Seen {
 
 // pose, time : of the spacecraft, and of the place's row
 Seen seen_at(ivec2 texel, mat4 pose, float time) {
-    uvec2 word = read_texel(visibility, texel).rg;
     Seen s;
-    s.triangle = max(word.x, 1u) - 1u;
+    s.triangle = max(read_texel(seen_triangles, texel).r, 1u) - 1u;
     s.corner = corners_of(s.triangle);
-    s.back = (word.y & 1u) == 1u;
+    s.back = (read_texel(seen_surfaces, texel).r & 1u) == 1u;
     s.label = 0u;
     mat3 present;
     for (int k = 0; k < 3; ++k) {
@@ -378,7 +377,7 @@ void main() {
 #elif defined(OF_SQUARES)
 void main() {
     vec2 middle = raster_place(float(EDGE) * gl_FragCoord.xy);
-    ivec2 texel = clamp(ivec2(middle), ivec2(0), textureSize(visibility, 0) - 1);
+    ivec2 texel = clamp(ivec2(middle), ivec2(0), textureSize(seen_surfaces, 0) - 1);
     float edge = float(EDGE) * length(raster_from_cell.xy);
     look_up(Part(middle, texel, edge, vec2(0.0), ivec2(0), 1u));
 }

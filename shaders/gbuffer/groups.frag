@@ -1,7 +1,10 @@
 // The groups of each cell. TELL_TRIANGLES: and whether all texels of its window see one triangle, or one surface.
 #include "gbuffer/cells.glsl"
 
-uniform usampler2D visibility;
+uniform usampler2D seen_surfaces;
+#ifdef TELL_TRIANGLES
+uniform usampler2D seen_triangles;
+#endif
 
 // One for each layer, as many as a cell may have samples. The upper bits of the first hold the number of samples
 // in the cell, those of the second the number of groups, and above that BARE and so on.
@@ -9,22 +12,31 @@ layout(location = 0) out uvec4 groups[FOURS];
 
 void main() {
     ivec2 cell = ivec2(gl_FragCoord.xy), first = first_texel(cell);
-    ivec2 last = textureSize(visibility, 0) - 1;
+    ivec2 last = textureSize(seen_surfaces, 0) - 1;
     uint surface[CELL_TEXELS * CELL_TEXELS];
     uint left = 0u, total = 0u;
-    uvec2 lowest = uvec2(~0u), highest = uvec2(0u);
+    uint lowest = ~0u, highest = 0u;
+#ifdef TELL_TRIANGLES
+    uint lowest_triangle = ~0u, highest_triangle = 0u;
+#endif
     for (int j = 0; j < CELL_TEXELS; ++j)
         for (int i = 0; i < CELL_TEXELS; ++i) {
             ivec2 texel = first + ivec2(i, j);
             bool inside = cell_of(texel) == cell;
-            uvec2 seen = read_texel(visibility, clamp(texel, ivec2(0), last)).rg;
-            surface[CELL_TEXELS * j + i] = seen.g;
+            ivec2 there = clamp(texel, ivec2(0), last);
+            uint seen = read_texel(seen_surfaces, there).r;
+            surface[CELL_TEXELS * j + i] = seen;
             total += uint(inside);
-            left |= uint(inside && seen.g != 0u) << (STRIDE * j + i);
+            left |= uint(inside && seen != 0u) << (STRIDE * j + i);
             lowest = min(lowest, seen);
             highest = max(highest, seen);
+#ifdef TELL_TRIANGLES
+            uint triangle = read_texel(seen_triangles, there).r;
+            lowest_triangle = min(lowest_triangle, triangle);
+            highest_triangle = max(highest_triangle, triangle);
+#endif
         }
-    bool bare = samples_of(left) < total, one_surface = lowest.g == highest.g;
+    bool bare = samples_of(left) < total, one_surface = lowest == highest;
     uint chosen_groups[4 * FOURS], count = uint(left != 0u);
     for (int layer = 0; layer < 4 * FOURS; ++layer) chosen_groups[layer] = 0u;
     chosen_groups[0] = left;
@@ -45,7 +57,7 @@ void main() {
     chosen_groups[0] |= total << TEXELS;
     chosen_groups[1] |= count << TEXELS | (bare ? BARE : 0u);
 #ifdef TELL_TRIANGLES
-    bool one_triangle = one_surface && lowest.r == highest.r;
+    bool one_triangle = one_surface && lowest_triangle == highest_triangle;
     chosen_groups[1] |= (one_triangle ? ONE_TRIANGLE : 0u) | (one_surface ? ONE_SURFACE : 0u);
 #endif
     for (int k = 0; k < FOURS; ++k)

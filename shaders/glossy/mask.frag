@@ -4,7 +4,7 @@
 #include "gbuffer/cells.glsl"
 #include "glossy/lobes.glsl"
 
-uniform usampler2D visibility;
+uniform usampler2D seen_surfaces;
 
 out uint mask;
 
@@ -13,7 +13,7 @@ bool is_present(ivec2 at) {
     ivec2 cell = cell_of_point(at);
     uint group = group_of(at);
     if (group == 0u) return false;
-    return texelFetch(visibility, first_texel(cell) + next_texel(group), 0).g >> 22u == instance;
+    return texelFetch(seen_surfaces, first_texel(cell) + next_texel(group), 0).r >> 22u == instance;
 }
 
 // Whether another surface can be seen from a point: one sends light there, or takes the Earth's.

@@ -7,8 +7,10 @@
 #include "surface/cut_out.glsl"
 #endif
 
-// The triangle's index plus 1; its spacecraft, smooth surface and side. Both are 0 where empty.
-out uvec2 seen;
+// The triangle's index plus 1; its spacecraft, smooth surface and side. Both are 0 where empty. Two targets:
+// llvmpipe clears one of 8 bytes a sample word by word, in five times the time of two of 4 bytes.
+layout(location = 0) out uint seen_triangle;
+layout(location = 1) out uint seen_surface;
 
 void main() {
     uint triangle;
@@ -20,7 +22,8 @@ void main() {
         surface = 0x100000u | (texel.y << 5u) | texel.x;
     }
     uint side = gl_FrontFacing ? 0u : 1u;
-    seen = uvec2(triangle + 1u, (instance << 22u) | (surface << 1u) | side);
+    seen_triangle = triangle + 1u;
+    seen_surface = (instance << 22u) | (surface << 1u) | side;
 #ifdef CUT_OUT
     cut_out();
 #endif

@@ -24,6 +24,7 @@ from simgl.passes.shading_points import (
     OTHERS,
     PAGE_ENTRIES,
     POINT_GROUPS,
+    SEEN,
     EvenLight,
     PointScreen,
     ShadingPoints,
@@ -63,13 +64,14 @@ _PLAIN, _DETAILED = 4, 7
 # Of a variant, what tells where its triangles are.
 _OF_PLACES = ("DETAILED", "JOINTED", "MOVING", "JOINTS_MOVE")
 
-_VISIBILITY_UNIT, _CORNERS_UNIT, _VERTICES_UNIT, _LIGHT_UNIT = range(4)
+_CORNERS_UNIT, _VERTICES_UNIT, _LIGHT_UNIT = range(1, 4)
 _GRIDS = {"light_grids": 4, "grid_light": 5, "grid_rows": 6}
 # Besides the groups of points, which have the unit of the cells' in other passes.
 _CELLS_UNIT = 17
 # Of the bytes of blocks, for squares, which have no points.
 _BLOCKS_UNIT = 16
-_POINTS = {"visibility": _VISIBILITY_UNIT} | POINT_GROUPS | PAGE_ENTRIES
+_POINTS = SEEN | POINT_GROUPS | PAGE_ENTRIES
+_SURFACES = {"seen_surfaces": SEEN["seen_surfaces"]}
 
 
 class GBufferPass:
@@ -110,7 +112,7 @@ class GBufferPass:
     def group(
         self,
         tile: RasterTile,
-        visibility: moderngl.Texture,
+        visibility: Sequence[moderngl.Texture],
         spacecraft: Sequence[DrawnSpacecraft],
         lit: Callable[[], None] | None = None,
         *,
@@ -119,7 +121,7 @@ class GBufferPass:
     ) -> ShadingPoints:
         """Group the samples that see the same. No point is looked up yet.
 
-        visibility : of the visibility pass
+        visibility : of the visibility pass, in the order of ``SEEN``
         spacecraft : of the tile
         lit : called before light of other surfaces is read
         edges : whether the points also tell along which line their groups end
@@ -128,7 +130,7 @@ class GBufferPass:
         cells, blocks = tile.cells.size, blocks_of(tile.cells.size)
         few, many = self._groups.covering(cells)
         self._blocks.bind_tile(tile)
-        visibility.use(_VISIBILITY_UNIT)
+        _bind_seen(visibility)
         telling = ("TELL_TRIANGLES",) * (even is not None)
         target = few if tile.cells.reach < _REACH_OF_FEW else many
         fours = len(target.color_attachments)
@@ -153,7 +155,7 @@ class GBufferPass:
             target.clear(EMPTY, EMPTY, EMPTY, EMPTY, viewport=(0, 0, *size))
         return ShadingPoints(
             cells=cells,
-            visibility=visibility,
+            visibility=tuple(visibility),
             groups=groups,
             point_groups=point_groups,
             entries=entries,
@@ -237,7 +239,7 @@ class GBufferPass:
     def look_up(self, tile: RasterTile, points: ShadingPoints, drawn: DrawnSpacecraft) -> None:
         """Fill the points that see one spacecraft."""
         area = (0, 0, *points.size)
-        points.visibility.use(_VISIBILITY_UNIT)
+        _bind_seen(points.visibility)
         points.bind()
         model, lighting = drawn.view.model, drawn.vertex_lighting
         self._bind_mesh(tile, drawn)
@@ -291,12 +293,13 @@ class GBufferPass:
         layered = "LAYERED" in variant
         variant = ("LAYERED",) * layered
         if variant not in self._marks:
+            of_points = _POINTS if layered else _SURFACES | POINT_GROUPS | PAGE_ENTRIES
             self._marks[variant] = point_shader(
                 self._ctx,
                 "gbuffer/marks",
                 MARKED,
                 [TILE, SPACECRAFT] + [MATERIALS] * layered,
-                _POINTS | ({"triangle_corners": _CORNERS_UNIT} if layered else {}),
+                of_points | ({"triangle_corners": _CORNERS_UNIT} if layered else {}),
                 dict.fromkeys(variant, 1),
             )
         return self._marks[variant]
@@ -304,7 +307,7 @@ class GBufferPass:
     def _grouping_for(self, texels: int, fours: int, telling: tuple[str, ...]) -> PointScreen:
         variant = texels, fours, telling
         if variant not in self._grouping:
-            seen = {"visibility": _VISIBILITY_UNIT}
+            seen = SEEN if telling else _SURFACES
             defines = {"CELL_TEXELS": texels, "FOURS": fours} | dict.fromkeys(telling, 1)
             shader = ScreenShader("gbuffer/groups", 0.0, [TILE], seen, defines)
             self._grouping[variant] = screen(self._ctx, shader)
@@ -315,10 +318,10 @@ class GBufferPass:
         if variant not in self._lookups:
             detailed, lit = "DETAILED" in variant, "INTERREFLECTION" in variant
             samplers = {
-                "visibility": _VISIBILITY_UNIT,
                 "triangle_corners": _CORNERS_UNIT,
                 "mesh_vertices": _VERTICES_UNIT,
             }
+            samplers |= SEEN
             if "OF_SQUARES" in variant:
                 samplers |= {"blocks": _BLOCKS_UNIT}
             else:
@@ -363,3 +366,8 @@ class GBufferPass:
             grouping.release()
         for shader in (*self._marks.values(), *self._lookups.values()):
             shader.release()
+
+
+def _bind_seen(visibility: Sequence[moderngl.Texture]) -> None:
+    for unit, texture in zip(SEEN.values(), visibility, strict=True):
+        texture.use(unit)

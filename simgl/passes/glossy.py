@@ -38,7 +38,7 @@ from simgl.radiosity.final_gather import LitBody
 from simgl.radiosity.lobe_gather import Lobes, seen_in_lobes
 from simgl.view.raster_tiles import RasterTile
 
-_VISIBILITY_UNIT, _POINTS_UNIT = 12, 22
+_SURFACES_UNIT, _POINTS_UNIT = 12, 22
 _DETAILED = ("textured_reflectance", "textured_emission", "textured_normal")
 # Three texels of a point in one row, as in shaders/surface/seen_lobes.glsl.
 _SEEN_COLUMNS = 1023
@@ -102,7 +102,8 @@ class GlossyPass:
         self._meshes.bind_materials(drawn.view.model)
         for unit, texture in enumerate(points.textures):
             texture.use(unit)
-        points.visibility.use(_VISIBILITY_UNIT)
+        _, surfaces = points.visibility
+        surfaces.use(_SURFACES_UNIT)
         points.bind()
 
     def _screens_for(self, variant: tuple[str, ...]) -> tuple[PointScreen, PointScreen]:
@@ -117,7 +118,7 @@ class GlossyPass:
                 listed |= detail
             if "INTERREFLECTION" in variant:
                 masked |= gbuffer_units("face_normal", "indirect")
-            masked |= POINT_GROUPS | PAGE_ENTRIES | {"visibility": _VISIBILITY_UNIT}
+            masked |= POINT_GROUPS | PAGE_ENTRIES | {"seen_surfaces": _SURFACES_UNIT}
             listed |= {"listed_points": _POINTS_UNIT}
             blocks = [SPACECRAFT, MATERIALS]
             self._screens[variant] = (

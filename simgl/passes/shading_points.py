@@ -36,6 +36,8 @@ _EDGE = 4
 # Texture units of the groups of cells, and of what tells a point's group, and its cell.
 CELL_GROUPS = {"cell_groups": 16, "second_groups": 17, "third_groups": 18, "fourth_groups": 19}
 POINT_GROUPS, PAGE_ENTRIES = {"point_groups": 16}, {"page_entries": 20}
+# Of what samples see, in the order of the targets of shaders/visibility/visibility.frag.
+SEEN = {"seen_triangles": 7, "seen_surfaces": 0}
 # Channels of the G-buffer, in the order of the targets of shaders/gbuffer/gbuffer.frag.
 GBUFFER = ("position", "normal_roughness", "face_normal", "indirect")
 
@@ -183,7 +185,7 @@ class ShadingPoints:
     """Shading points of a tile, valid until the next tile.
 
     cells : columns and rows
-    visibility : of the visibility pass
+    visibility : of the visibility pass, in the order of ``SEEN``
     groups : in the order of ``CELL_GROUPS``, RGBA32UI: of each cell the samples of its groups
     point_groups : R32UI, of each point the samples of its group, 0 where there is none
     entries : (rows of squares, ENTRIES) of ``page_table``
@@ -202,7 +204,7 @@ class ShadingPoints:
     """
 
     cells: tuple[int, int]
-    visibility: moderngl.Texture
+    visibility: tuple[moderngl.Texture, ...]
     groups: tuple[moderngl.Texture, ...]
     point_groups: moderngl.Texture
     entries: AnyArray

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import moderngl
 import numpy as np
 
-from simgl.arrays import UIntArray
+from simgl.arrays import AnyArray, Array, UIntArray
 from simgl.gpu.context import is_software
 from simgl.gpu.mesh_tables import table
 from simgl.gpu.pipeline_state import State, clear_depth, part_to_clear
@@ -40,17 +40,20 @@ class VisibilityPass:
         self._chooses = is_software(ctx)
         self._programs: dict[tuple[str, ...], OutlineProgram] = {}
         self._program_for(())
-        self._target = GrowingTarget(ctx, [[0]], Format("u4", 2))
+        self._target = GrowingTarget(ctx, [range(2)], Format("u4"))
 
-    def draw(self, tile: RasterTile, spacecraft: Sequence[DrawnSpacecraft]) -> moderngl.Texture:
-        """RG32UI samples of the tile, valid until the next draw."""
+    def draw(
+        self, tile: RasterTile, spacecraft: Sequence[DrawnSpacecraft]
+    ) -> tuple[moderngl.Texture, ...]:
+        """Triangles and surfaces of the tile's samples, R32UI, in the order of ``SEEN``; valid until
+        the next draw."""
         size = tile.raster_size
         (target,) = self._target.covering(size)
         viewport = (0, 0, *size)
         cleared = part_to_clear(target, viewport)
         self.closed.apply(self._ctx, target, cleared, cleared)
         target.clear(depth=1.0, viewport=cleared)
-        facing = [self._facing(drawn) for drawn in spacecraft]
+        facing = [self._facing(drawn, tile) for drawn in spacecraft]
         for index in range(len(tile.slices)):
             seen = list(zip(spacecraft, facing, strict=True))
             if index:
@@ -65,7 +68,7 @@ class VisibilityPass:
                 state.apply(self._ctx, target, viewport, viewport)
                 self._blocks.bind_spacecraft(drawn)
                 self._draw(drawn, numbers)
-        return textures_of(target)[0]
+        return textures_of(target)
 
     def _draw(self, drawn: DrawnSpacecraft, numbers: UIntArray | None) -> None:
         """The triangles of some numbers; of None all."""
@@ -97,15 +100,17 @@ class VisibilityPass:
         program.draw(model, drawn.mesh, buffers, triangles)
         rows.release()
 
-    def _facing(self, drawn: DrawnSpacecraft) -> UIntArray | None:
-        """(k,) numbers of the triangles that may turn their front to the camera; None for all."""
+    def _facing(self, drawn: DrawnSpacecraft, tile: RasterTile) -> UIntArray | None:
+        """(k,) numbers of the triangles that may turn their front to the camera, without many that
+        a tile does not see; None for all."""
         motion = drawn.view.motion
         if drawn.view.model.open_sheets or not self._chooses:
             return None
         if motion is None:
             camera_from_body = drawn.view.camera_from_body.astype(np.float64)
             camera = -camera_from_body[:3, :3].T @ camera_from_body[:3, 3]
-            return facing_triangles(drawn.mesh, camera[None])
+            sides = _unit_rows(tile.edges[:, :3]) @ camera_from_body[:3, :3]
+            return facing_triangles(drawn.mesh, camera[None], sides=sides)
         if motion.joint_rates is not None:
             return None
         return facing_triangles(drawn.mesh, *motion.camera_in_body)
@@ -141,3 +146,9 @@ def _reaches(
         return True
     pose = drawn.view.camera_from_body.astype(np.float64)
     return not is_free(tile, tile.depths[index][1], drawn.mesh.mesh, pose, numbers)
+
+
+def _unit_rows(rows: AnyArray) -> Array:
+    """(n, 3) of length 1; those of length 0 stay."""
+    rows = rows.astype(np.float64)
+    return np.asarray(rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-30))
