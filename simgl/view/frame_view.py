@@ -154,7 +154,12 @@ def frame_view(
                 while_open=part.turn_while_open,
             )
         views = spacecraft_views(
-            state, camera, inter_reflection, between_spacecraft=near, shadows=shadows
+            state,
+            camera,
+            inter_reflection,
+            between_spacecraft=near,
+            shadows=shadows,
+            shown=None if part is None else part.names,
         )
         if part is not None and rows is not None:
             views = [_moving(view, part, rows, real, seen) for view in views]
@@ -173,7 +178,6 @@ def frame_view(
                 samples_per_pixel,
                 with_lamps=bool(lamps) or real.lidar is not None,
                 rows=None if rows is None or seen is not None else (rows.first, rows.end),
-                unmoved=frozenset() if part is None else part.standing,
             ),
             lamps=lamps,
             gather=gather,
