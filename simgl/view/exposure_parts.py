@@ -35,6 +35,7 @@ from simgl.view.image_motion import (
     turn_of_camera,
     turn_of_joints,
 )
+from simgl.view.mean_sunlight import with_mean_sunlight
 from simgl.view.row_clock import RowClock, camera_from_body
 from simgl.view.snapshot_count import (
     LARGEST_TURN,
@@ -200,7 +201,7 @@ class MovingScene:
             middle += (clock.middle - 0.5 * self.drawn.detector.height) * row_time
             half = 0.5 * (clock.end - clock.first) * row_time
         span = half + 0.5 * length
-        state = self.at(middle)
+        state = with_mean_sunlight(self.at(middle), self.camera.name, self.at, middle, length)
         shadows, shadow_turn = self._shadows(state, middle, span if self.blurs else half)
         return ExposurePart(
             name=self.camera.name,
