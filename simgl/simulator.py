@@ -39,6 +39,7 @@ from simgl.thermal.scene_temperatures import TemperatureHistory, Temperatures, T
 from simgl.view.exposure_parts import ExposurePart, moving_scene
 from simgl.view.exposure_views import MovingViews
 from simgl.view.frame_view import FrameView, frame_view
+from simgl.view.mean_sunlight import with_mean_sunlight
 
 # Independent of the camera's settings.
 _OF_THE_SCENE = frozenset({Product.RADIANCE, Product.LAYERS, Product.TRUTH, Product.NORMALS})
@@ -309,13 +310,19 @@ class Simulator(AbstractContextManager["Simulator"]):
     def _over_exposure(
         self, still: StillScene, during: Callable[[int], SceneState] | None
     ) -> StillScene:
-        """The scene during the exposure; the still scene if nothing moves visibly."""
+        """The scene during the exposure; a still scene if nothing moves visibly."""
         camera = still.camera.name
         if during is None:
             return still
         around = _around(still.state, camera, image_margin(still.camera))
         if (scene := moving_scene(around, camera, during)) is None:
-            return still
+            info, length = still.info, still.camera.exposure_time
+
+            def at(offset: float) -> SceneState:
+                return during(info.epoch_tai_ns + round(1e9 * offset))
+
+            lit = with_mean_sunlight(still.state, camera, at, 0.0, length)
+            return still if lit is still.state else self._still(lit, camera, info.seed, info.draw)
         moving = MovingViews(scene=scene, view_of=lambda part: self._view(part.state, camera, part))
         return replace(still, moving=moving, lit={}, drawn={})
 

@@ -8,6 +8,8 @@
 // CHUNKS: the snapshot is one that was swept already, over an equal part of the exposure.
 // FINE: what is between pixels across the motion is told from four of them, so that edges along it stay
 // as sharp as they are.
+// ASIDE: it shows another part of the exposure than that around its moment, and what is seen in the middle of
+// it stood between pixels; FINE as well. Neighbours along the motion are parted by linear interpolation.
 // UNEVEN: what it shows accelerates, and may turn back on its way. Each place, a pixel from the next along
 // the longer axis, counts for the time that is spent around it, parted between neighbours as by linear
 // interpolation; FINE as well.
@@ -72,11 +74,25 @@ Seen fine_at(vec2 place, ivec2 across) {
     return fine(snapshot, pixel, across, end, part);
 #endif
 }
+
+// The same anywhere along the motion.
+Seen fine_aside(vec2 place, ivec2 across) {
+    vec2 along = vec2(across.yx);
+    float part = dot(fract(place - 0.5), along);
+    vec2 low = place - part * along;
+    return (1.0 - part) * fine_at(low, across) + part * fine_at(low + along, across);
+}
+
+#ifdef ASIDE
+#define FINE_AT fine_aside
+#else
+#define FINE_AT fine_at
+#endif
 #endif
 
 #ifdef UNEVEN
 #ifdef FINE
-#define SEEN_ALONG(place) fine_at(place, along.yx)
+#define SEEN_ALONG(place) FINE_AT(place, along.yx)
 #else
 #define SEEN_ALONG(place) SEEN((place) / vec2(textureSize(snapshot, 0)))
 #endif
@@ -157,7 +173,7 @@ void main() {
     vec2 texel = vec2(1.0);
     ivec2 across = abs(rate.x) < abs(rate.y) ? ivec2(1, 0) : ivec2(0, 1);
 #undef SEEN
-#define SEEN(place) fine_at(place, across)
+#define SEEN(place) FINE_AT(place, across)
 #else
     vec2 texel = 1.0 / vec2(textureSize(snapshot, 0));
 #endif
@@ -188,12 +204,16 @@ void main() {
     // Places are whole pixels apart, as far on either side: weights put their middle where it belongs.
     float lag = dot(curve * before, vec2(across.yx));
     curve -= lag * before;
+#ifdef ASIDE
+    sum = SEEN(place);
+#else
     // The middle lies in a pixel's.
     ivec2 here = ivec2(place);
 #ifdef COVERED
     sum = mat2x4(texelFetch(snapshot, here, 0), texelFetch(covered, here, 0));
 #else
     sum = texelFetch(snapshot, here, 0);
+#endif
 #endif
 #else
     sum = SEEN(place);

@@ -88,7 +88,7 @@ class Sweep:
     margin : of the snapshot around the target [px]
     target_size : of that [px]
     share : of the exposure
-    lights : number of the snapshots, which show equal parts of the span in their own light
+    lights : number of the snapshots, which show equal parts of an exposure in their own light
     edges : whether it shows edges, which are to stay as sharp as they are across the motion
     """
 
@@ -122,7 +122,8 @@ class Sweep:
     @property
     def fine(self) -> bool:
         """Whether places between pixels are told from four of them."""
-        return self.edges and max(self.paths.reach) <= _ONE_STEP * self.lights
+        share = min(self.span.last - self.span.first, 1.0 / self.lights)
+        return self.edges and share * max(self.paths.reach) <= _ONE_STEP
 
     @cached_property
     def parts(self) -> tuple[SweepPart, ...]:
@@ -130,9 +131,11 @@ class Sweep:
 
         Where it accelerates it would have to be read pixel by pixel.
         """
-        times = np.linspace(self.span.first, self.span.last, self.lights + 1).tolist()
+        edges = np.linspace(-0.5, 0.5, self.lights + 1)[1:-1].tolist()
+        within = [edge for edge in edges if self.span.first < edge < self.span.last]
         parts: list[SweepPart] = []
-        for light, (first, last) in enumerate(pairwise(times)):
+        for first, last in pairwise([self.span.first, *within, self.span.last]):
+            light = sum(edge < 0.5 * (first + last) for edge in edges)
             for one in self._divided(replace(self.span, first=first, last=last), light):
                 if parts and parts[-1].uneven and one.uneven and parts[-1].light == light:
                     # Of a way that turns back just there, halves lie on each other.
@@ -193,6 +196,11 @@ class SweepPart:
     def uneven(self) -> bool:
         """Whether what it shows accelerates, and goes not too far to be swept pixel by pixel."""
         return self.paths.uneven and max(self.paths.reach) <= _LONGEST_UNEVEN
+
+    @property
+    def aside(self) -> bool:
+        """Whether it is another part than that around the snapshot's moment."""
+        return self.span.first + self.span.last != 2.0 * self.span.moment
 
     @property
     def is_short(self) -> bool:
@@ -280,7 +288,7 @@ class SweepPass:
             self._draw_part(sweep, sweep.parts[0], snapshots[0], target, state, spare)
         elif state is self.lays:
             # What is behind is hidden by all parts together.
-            summed = replace(sweep, margin=(0, 0), target_size=sweep.size, share=1.0)
+            summed = replace(sweep, margin=(0, 0), target_size=sweep.size)
             total = spare(_TOTAL)
             total.framebuffer.clear(viewport=summed.area)
             self._add_parts(summed, snapshots, total.framebuffer, spare)
@@ -333,7 +341,8 @@ class SweepPass:
             for texture in seen.textures:
                 _interpolate(texture)
             defines = ("COVERED",) * (len(seen.textures) > 1) + ("OVER",) * (how is self.lays)
-            defines += ("FINE",) * sweep.fine + ("UNEVEN",) * part.uneven + ("CHUNKS",) * (step > 0)
+            defines += ("FINE",) * sweep.fine + ("ASIDE",) * (sweep.fine and part.aside)
+            defines += ("UNEVEN",) * part.uneven + ("CHUNKS",) * (step > 0)
             ways = table_texture(self._ctx, swept.paths.nodes)
             _interpolate(ways)
             program = self._program_for(defines)

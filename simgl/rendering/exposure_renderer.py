@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import chain
 
 import moderngl
 import numpy as np
@@ -62,14 +61,17 @@ class ExposureRenderer:
 
     def draw(self, views: MovingViews, target: ImageTarget, by: Drawing) -> None:
         """Fill a target of the image's size with the mean radiance that each row sees."""
-        snapshots = views.snapshots()
-        first = next(snapshots)
-        all_layers = [views.layers(snapshot) for snapshot in chain((first,), snapshots)]
-        behind = list(views.behind(first[0][1]))
-        if _is_black(behind) and all(map(_are_one, all_layers)):
-            self._draw_before_nothing(by, views, all_layers, target)
-        elif len(all_layers) == 1:
-            layers = self._draw_behind(by, views, behind, all_layers[0], target)
+        snapshots = [list(one.snapshots()) for one in views.by_depth]
+        all_layers = [
+            [one.layers(snapshot) for snapshot in seen]
+            for one, seen in zip(views.by_depth, snapshots, strict=True)
+        ]
+        behind = list(views.behind(snapshots[0][0][0][1]))
+        if _is_black(behind) and len(all_layers) == 1 and all(map(_are_one, all_layers[0])):
+            self._draw_before_nothing(by, views, all_layers[0], target)
+        elif len(views.scene.spans) == 1:
+            farthest_first = [layer for (layers,) in all_layers for layer in layers]
+            layers = self._draw_behind(by, views, behind, farthest_first, target)
             self._lay(by, views, layers, target)
         else:
             self._draw_in_turn(by, views, behind, all_layers, target)
@@ -83,7 +85,8 @@ class ExposureRenderer:
         for (layer,) in filter(None, all_layers):
             assert layer.paths is not None
             sweep = replace(_of_layer(views, layer, layer.paths), share=1.0 / len(all_layers))
-            snapshots = self._cleared(views.scene.drawn, _BANDS, sweep)
+            snapshots = self._snapshots(views.scene.drawn, _BANDS, sweep)
+            _clear(snapshots, sweep)
             self._draw_tiles(by, layer, snapshots, ResolvePass.lays)
             with self._timer.measure("sweep"):
                 self._sweep.add(sweep, snapshots, target.framebuffer, spare)
@@ -93,24 +96,33 @@ class ExposureRenderer:
         by: Drawing,
         views: MovingViews,
         behind: list[SweptBackground],
-        all_layers: list[list[Layer]],
+        all_layers: list[list[list[Layer]]],
         target: ImageTarget,
     ) -> None:
-        """The mean of several snapshots, each before the same background."""
+        """The mean of what is seen in parts of the exposure, each before the same background.
+
+        all_layers : of the spacecraft at each depth, of each of their snapshots
+        """
         still = self._target("behind", views.camera)
         one = self._target("one snapshot", views.camera)
         self._draw_behind(by, views, behind, [], still)
         # Elsewhere all snapshots show what is behind.
-        box = _box_of([self._area(views, layer) for layers in all_layers for layer in layers])
+        every = [layer for seen in all_layers for layers in seen for layer in layers]
+        box = _box_of([self._area(views, layer) for layer in every])
         self._average.copy(still.textures[0], target.framebuffer, (0, 0, *target.size))
         if box is None:
             return
         target.framebuffer.clear(viewport=box)
-        for layers in all_layers:
+        drawn: dict[str, Layer] = {}
+        for first, last in views.scene.spans:
             self._average.copy(still.textures[0], one.framebuffer, box)
-            self._lay(by, views, layers, one)
+            for depth, seen in enumerate(all_layers):
+                number = int(first * len(seen))
+                start, end = (float(edge * len(seen) - number) - 0.5 for edge in (first, last))
+                span = Span(first=start, last=end)
+                self._lay(by, views, seen[number], one, span, drawn, depth)
             with self._timer.measure("sweep"):
-                share = 1.0 / len(all_layers)
+                share = float(last - first)
                 self._average.add(one.textures[0], share, target.framebuffer, box)
 
     @staticmethod
@@ -152,16 +164,35 @@ class ExposureRenderer:
         return layers
 
     def _lay(
-        self, by: Drawing, views: MovingViews, layers: list[Layer], target: ImageTarget
+        self,
+        by: Drawing,
+        views: MovingViews,
+        layers: list[Layer],
+        target: ImageTarget,
+        span: Span | None = None,
+        drawn: dict[str, Layer] | None = None,
+        depth: int = 0,
     ) -> None:
-        """Lay swept layers over what a target holds, the farthest first."""
-        for layer in layers:
+        """Lay swept layers over what a target holds, the farthest first.
+
+        span : of their exposure, in which they are swept; None for all of it
+        drawn : which layers snapshots hold already
+        depth : of theirs among others
+        """
+        for number, layer in enumerate(layers):
             if layer.paths is None:
                 self._draw_tiles(by, layer, [target], ResolvePass.lays)
                 continue
             sweep = _of_layer(views, layer, layer.paths)
-            snapshots = self._cleared(views.scene.drawn, _COVERED, sweep)
-            self._draw_tiles(by, layer, snapshots, ResolvePass.adds)
+            use = f"{depth} {number}"
+            snapshots = self._snapshots(views.scene.drawn, _COVERED, sweep, use)
+            if drawn is None or drawn.get(use) is not layer:
+                _clear(snapshots, sweep)
+                self._draw_tiles(by, layer, snapshots, ResolvePass.adds)
+            if drawn is not None:
+                drawn[use] = layer
+            if span is not None:
+                sweep = replace(sweep, span=span, share=1.0 / (span.last - span.first))
             with self._timer.measure("sweep"):
                 spare = partial(self._spare, views.scene.drawn, _COVERED)
                 self._sweep.lay_over(sweep, snapshots, target.framebuffer, spare)
@@ -186,17 +217,14 @@ class ExposureRenderer:
                             how,
                         )
 
-    def _cleared(
-        self, drawn: Camera, formats: tuple[Format, ...], sweep: Sweep
+    def _snapshots(
+        self, drawn: Camera, formats: tuple[Format, ...], sweep: Sweep, use: str = ""
     ) -> list[ImageTarget]:
-        """Empty targets for the snapshots of a sweep."""
-        targets = [
-            self._target(f"snapshot {len(formats)} {light}", drawn, formats)
+        """Targets for the snapshots of a sweep."""
+        return [
+            self._target(f"snapshot {len(formats)} {use} {light}", drawn, formats)
             for light in range(sweep.lights)
         ]
-        for one in targets:
-            one.framebuffer.clear(viewport=sweep.read)
-        return targets
 
     def _spare(self, drawn: Camera, formats: tuple[Format, ...], number: int) -> ImageTarget:
         return self._target(f"swept {len(formats)} {number}", drawn, formats)
@@ -209,6 +237,12 @@ class ExposureRenderer:
     def release(self) -> None:
         """Free what is its own."""
         release_all(self._ctx, self._targets, self._sweep, self._average)
+
+
+def _clear(snapshots: list[ImageTarget], sweep: Sweep) -> None:
+    """Where a sweep reads them."""
+    for one in snapshots:
+        one.framebuffer.clear(viewport=sweep.read)
 
 
 def _size(camera: Camera) -> tuple[int, int]:

@@ -228,6 +228,8 @@ class SceneState:
     moon : (3,) position of its centre [m]; None if the scenario fixes the Sun
     R_moon_from_icrf : (3, 3); None for a smooth Moon without seas
     stars : None if no stars are drawn
+    mean_sunlight : ``sunlight`` over an exposure, where that is not as at the instant, by the bytes
+        of the place
     """
 
     tai_ns: int
@@ -239,6 +241,7 @@ class SceneState:
     lamps: tuple[LampState, ...] = ()
     stars: StarSky | None = None
     R_moon_from_icrf: Array | None = None
+    mean_sunlight: Mapping[bytes, Array] = field(default_factory=dict, repr=False)
     # By place: each spacecraft asks for its own light, its shadows, its sky and its patches.
     _direct: dict[bytes, DirectLight] = field(default_factory=dict, init=False, repr=False)
 
@@ -305,6 +308,8 @@ class SceneState:
 
         point : (3,) in GCRF [m]
         """
+        if self.mean_sunlight and (place := point.tobytes()) in self.mean_sunlight:
+            return self.mean_sunlight[place]
         sun = self.sun.seen_from(point)
         share = self._past_earth(point, sun)
         if self.moon is not None:

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from itertools import pairwise
+from math import ceil
 
 import numpy as np
 
@@ -24,15 +26,16 @@ from simgl.camera.rolling_shutter import (
     read_out,
 )
 from simgl.scene.state import CameraState, SceneState
+from simgl.view.depth_layers import depth_layers
 from simgl.view.hulls_in_view import rows_of
 from simgl.view.image_motion import (
     background_motion,
     spacecraft_motion,
-    standing_bodies,
     turn_of_bodies,
     turn_of_camera,
     turn_of_joints,
 )
+from simgl.view.mean_sunlight import with_mean_sunlight
 from simgl.view.row_clock import RowClock, camera_from_body
 from simgl.view.snapshot_count import (
     LARGEST_TURN,
@@ -50,6 +53,10 @@ LARGEST_TURN_IN_ROWS = 2.0 * float(np.arcsin(0.07))
 LARGEST_TURN_OF_CAMERA = float(np.radians(20.0))
 # How far sunlight may lean against the shadow maps that it is looked up in [rad].
 LARGEST_LEAN = float(np.radians(10.0))
+# How far what passes before something else that moves, too, goes while the covered share of its
+# pixels hides that [px]: about where their edges cross, the product of two means is wrong by up to
+# a quarter. And the largest number of such times.
+_LAID_STEP, _MOST_LAID = 3.0, 24
 # Steps in which the snapshot grows around the image, so that its textures last [px].
 _MARGIN_STEP = 16
 
@@ -70,7 +77,7 @@ class ExposurePart:
     shadow_turn : spacecraft turn by so much against the Sun between that and what is seen [rad]
     turn_while_open : and by so much while a row is exposed [rad]
     light_parts : of its time, for each of which lobes are averaged apart
-    standing : spacecraft that are layers of their own before what moves, and behind it
+    names : of the spacecraft that are drawn; None for all
     """
 
     name: str
@@ -87,7 +94,7 @@ class ExposurePart:
     shadow_turn: float = 0.0
     turn_while_open: float = 0.0
     light_parts: int = 1
-    standing: frozenset[str] = frozenset()
+    names: frozenset[str] | None = None
 
     @property
     def blurs(self) -> bool:
@@ -138,7 +145,10 @@ class MovingScene:
     blurs : whether these are swept; whether what is behind them is, and from how many snapshots
     rows : of the parts of the image that are drawn apart; none where rows need not be told apart
     turned : how far spacecraft turn against the Sun during all of it [rad]
-    standing : spacecraft that are layers of their own before what moves, and behind it
+    names : of the spacecraft; None for all
+    layers : the scenes of those that pass before one another, the farthest first, with as many
+        snapshots as each needs; none where nothing does
+    laid_count : in so many equal parts of the exposure layers are laid over one another
     """
 
     camera: Camera
@@ -151,7 +161,26 @@ class MovingScene:
     behind_count: int
     rows: tuple[RowClock, ...]
     turned: float
-    standing: frozenset[str] = frozenset()
+    names: frozenset[str] | None = None
+    layers: tuple[MovingScene, ...] = ()
+    laid_count: int = 1
+
+    def at_times_of(self, at: Callable[[float], SceneState]) -> MovingScene:
+        """The same with other states at its times."""
+        return replace(self, at=at, layers=tuple(replace(one, at=at) for one in self.layers))
+
+    @property
+    def spans(self) -> tuple[tuple[Fraction, Fraction], ...]:
+        """Parts of the exposure from 0 to 1, in each of which there is one snapshot of each layer,
+        and layers are laid over one another once."""
+        counts = {one.count for one in self.layers or (self,)}
+        edges = sorted({Fraction(k, count) for count in counts for k in range(count + 1)})
+        spans = []
+        for first, last in pairwise(edges):
+            parts = ceil((last - first) * self.laid_count)
+            step = (last - first) / parts
+            spans += [(first + k * step, first + (k + 1) * step) for k in range(parts)]
+        return tuple(spans)
 
     def margin_of(self, drawn: Camera) -> tuple[int, int]:
         """Columns and rows of one of the two around the image [px]."""
@@ -172,7 +201,7 @@ class MovingScene:
             middle += (clock.middle - 0.5 * self.drawn.detector.height) * row_time
             half = 0.5 * (clock.end - clock.first) * row_time
         span = half + 0.5 * length
-        state = self.at(middle)
+        state = with_mean_sunlight(self.at(middle), self.camera.name, self.at, middle, length)
         shadows, shadow_turn = self._shadows(state, middle, span if self.blurs else half)
         return ExposurePart(
             name=self.camera.name,
@@ -189,7 +218,7 @@ class MovingScene:
             shadow_turn=shadow_turn,
             turn_while_open=self.turned * length / duration(self.camera),
             light_parts=self.light_parts,
-            standing=self.standing,
+            names=self.names,
         )
 
     def _shadows(
@@ -269,23 +298,26 @@ def moving_scene(
         return None
     blurs, exposed = blur > BLUR, camera.exposure_time / duration(camera)
     times: tuple[SceneState, ...] = (ends[0], state, ends[1])
-    count = light_parts = 1
-    standing: frozenset[str] = frozenset()
+    everything = frozenset(state.bodies)
+    split: tuple[tuple[frozenset[str], int, int], ...] = ((everything, 1, 1),)
+    laid_count = 1
     if blurs:
         # Of more than half a turn the ends tell no more.
         between = seen_by(camera)(-0.5 * half), seen_by(camera)(0.5 * half)
         times = ends[0], between[0], state, between[1], ends[1]
-        if camera.is_pinhole and lean <= LEAN:
-            standing = standing_bodies(times, name)
-        count, light_parts = snapshot_count(
-            times, name, exposed, blur, rows=lean > LEAN, standing=standing
+        apart = depth_layers(times, name, exposed)
+        split = tuple(
+            (names, *snapshot_count(times, name, exposed, blur, rows=lean > LEAN, names=names))
+            for names in apart.names
         )
+        laid_count = int(np.clip(np.ceil(apart.both_move / _LAID_STEP), 1, _MOST_LAID))
     turned = sum(turn_of_bodies(one, other) for one, other in pairwise(times))
     around = camera
     if blurs or moves_behind:
         ways = np.zeros(2)
         if blurs:
-            ways = _ways_in((ends[0], state, ends[1]), name, exposed / count, turned)
+            fewest = min(count for _, count, _ in split)
+            ways = _ways_in((ends[0], state, ends[1]), name, exposed / fewest, turned)
         if moves_behind:
             ways = np.maximum(ways, _ways_behind(ends, name))
         around = _with_margin(camera, np.minimum(ways, max(blur, behind)))
@@ -303,19 +335,25 @@ def moving_scene(
         )
         states = tuple(_seen_by(one, name, drawn) for one in (state, *ends))
         rows = _rows(drawn, _rows_used(states, name), turns, lean)
-    return MovingScene(
+    one = MovingScene(
         camera=camera,
         drawn=drawn,
         drawn_behind=around,
         at=seen_by(drawn),
-        count=count,
-        light_parts=light_parts,
+        count=max(count for _, count, _ in split),
+        light_parts=split[0][2],
         blurs=blurs,
         behind_count=count_behind((ends[0], state, ends[1]), name, behind) * moves_behind,
         rows=rows,
         turned=turned,
-        standing=standing,
     )
+    if len(split) == 1:
+        return one
+    layers = tuple(
+        replace(one, names=names, count=count, light_parts=light_parts)
+        for names, count, light_parts in split
+    )
+    return replace(one, layers=layers, laid_count=laid_count)
 
 
 def _seen_by(state: SceneState, name: str, camera: Camera) -> SceneState:

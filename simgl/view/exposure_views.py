@@ -86,12 +86,17 @@ class MovingViews:
             state = at(offset)
             return replace(state, lamps=lamps_of(state))
 
-        return replace(self, scene=replace(self.scene, at=lit))
+        return replace(self, scene=self.scene.at_times_of(lit))
 
     @property
     def camera(self) -> Camera:
         """Of the image."""
         return self.scene.camera
+
+    @property
+    def by_depth(self) -> tuple[MovingViews, ...]:
+        """Of spacecraft that pass before one another, the farthest first; of all where none do."""
+        return tuple(replace(self, scene=one) for one in self.scene.layers or (self.scene,))
 
     def snapshots(self) -> Iterator[tuple[tuple[ExposurePart, FrameView], ...]]:
         """The parts of each snapshot of spacecraft; each for an equal part of the exposure."""

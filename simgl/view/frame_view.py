@@ -160,6 +160,7 @@ def frame_view(
             between_spacecraft=near,
             shadows=shadows,
             samples_per_pixel=samples_per_pixel,
+            shown=None if part is None else part.names,
         )
         if part is not None and rows is not None:
             views = [_moving(view, part, rows, real, seen) for view in views]
@@ -178,7 +179,6 @@ def frame_view(
                 samples_per_pixel,
                 with_lamps=bool(lamps) or real.lidar is not None,
                 rows=None if rows is None or seen is not None else (rows.first, rows.end),
-                unmoved=frozenset() if part is None else part.standing,
             ),
             lamps=lamps,
             gather=gather,

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from itertools import combinations, pairwise, product
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
 from simgl.arrays import Array
-from simgl.camera.rolling_shutter import BLUR
 from simgl.motion.joints import body_from_stored, relative_motion
 from simgl.physics.frames import angle_between
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import BodyState, CameraState, SceneState
+
+# How far what hides something else moves against it in one snapshot [px].
+LARGEST_STEP = 1.0
 
 
 def spacecraft_motion(first: SceneState, second: SceneState, camera: str) -> float:
@@ -130,78 +133,68 @@ def _joint_motion(before: SpacecraftModel, after: SpacecraftModel) -> float:
     return max(moved)
 
 
-def standing_bodies(states: Sequence[SceneState], camera: str) -> frozenset[str]:
-    """Spacecraft of which nothing moves across the image by more than ``BLUR`` from state to state,
-    as those that a camera stands on, and that neither shade what moves nor lie in its shadow."""
-    names = set(states[0].bodies)
-    for one, other in pairwise(states):
-        a, b = one.cameras[camera], other.cameras[camera]
-        largest = BLUR / (len(states) - 1) / a.camera.focal_length_px
-        names -= {
-            name
-            for name in names
-            if _body_motion(a, b, one.bodies[name], other.bodies[name]) > largest
-        }
-    moving = set(states[0].bodies) - names
-    return frozenset(
-        name
-        for name in names
-        if not any(_in_line(state, name, other) for state in states for other in moving)
-    )
-
-
-def _in_line(state: SceneState, name: str, other: str) -> bool:
-    """Whether one of two spacecraft may shade the other, by their bounding spheres."""
-    body, neighbour = state.bodies[name], state.bodies[other]
-    (middle, radius), (place, reach) = _sphere(body), _sphere(neighbour)
-    light = state.direct_light(body.pose.position).main
-    separation = place - middle
-    along = float(separation @ light.direction_icrf)
-    across = float(np.linalg.norm(separation - along * light.direction_icrf))
-    return across < radius + reach + abs(along) * float(np.tan(light.angular_radius))
-
-
 def _sphere(body: BodyState) -> tuple[Array, float]:
     """Centre (3,) and radius of the bounding sphere of a body, ICRF axes [m]."""
     mesh = body.model.posed_mesh
     return body.pose.position + body.pose.R_icrf_from_body @ mesh.centre, mesh.radius
 
 
-def _depths(camera: CameraState, body: BodyState) -> tuple[float, float]:
-    """Nearest and farthest of a body's hull along the boresight [m]."""
-    hull = body.model.posed_mesh.hull @ body.pose.R_icrf_from_body.T + body.pose.position
-    depths = (hull - camera.position) @ camera.R_camera_from_icrf[2]
-    return float(depths.min()), float(depths.max())
+def shades(state: SceneState, name: str, other: str) -> bool:
+    """Whether a spacecraft may shade another one, by their bounding spheres."""
+    (place, reach), (middle, radius) = (_sphere(state.bodies[each]) for each in (name, other))
+    light = state.direct_light(state.bodies[other].pose.position).main
+    separation = place - middle
+    along = float(separation @ light.direction_icrf)
+    across = float(np.linalg.norm(separation - along * light.direction_icrf))
+    beyond = max(along, 0.0) * float(np.tan(light.angular_radius))
+    return along > -radius - reach and across < radius + reach + beyond
 
 
-def motion_between(
-    first: SceneState, second: SceneState, camera: str, standing: frozenset[str] = frozenset()
-) -> float:
-    """Upper bound on how far spacecraft that may hide each other move against each other, and parts
-    that joints carry against the rest [px].
+@dataclass(frozen=True, kw_only=True)
+class Pair:
+    """Two spacecraft before a camera, from the start of an exposure to its end.
 
-    standing : that are layers of their own before the others, and behind them
+    ways : of each across the image, at most [px]
+    against : of one against the other, at most [px]
+    may_overlap : whether they may come before each other
     """
-    a, b = first.cameras[camera], second.cameras[camera]
-    largest = 0.0
-    for name, before in first.bodies.items():
-        moved = _joint_motion(before.model, second.bodies[name].model)
-        largest = max(largest, moved / _nearest(a, before))
-    for (one, before), (other, neighbour) in combinations(first.bodies.items(), 2):
-        after, moved_to = second.bodies[one], second.bodies[other]
-        if (one in standing) != (other in standing):
-            (near, far), (near_other, far_other) = (
-                _depths(a, body) for body in (before, neighbour)
-            )
-            if far < near_other or far_other < near:
-                continue
-        ways = _body_motion(a, b, before, after) + _body_motion(a, b, neighbour, moved_to)
-        if _gap_angle(a, before, neighbour) < ways:
+
+    ways: tuple[float, float]
+    against: float
+    may_overlap: bool
+
+    @classmethod
+    def of(cls, states: Sequence[SceneState], camera: str, name: str, other: str) -> Pair:
+        """states : at even times; on either side of the middle, for what turns back goes nowhere"""
+        middle = states[len(states) // 2]
+        a, before, neighbour = middle.cameras[camera], middle.bodies[name], middle.bodies[other]
+        gap, mesh = _gap_angle(a, before, neighbour), neighbour.model.posed_mesh
+        ways, against, overlap = np.zeros(2), 0.0, False
+        for end in (states[0], states[-1]):
+            b, after, moved_to = end.cameras[camera], end.bodies[name], end.bodies[other]
+            both = _body_motion(a, b, before, after), _body_motion(a, b, neighbour, moved_to)
+            overlap = overlap or gap < sum(both)
             change = _in_other(after, moved_to) - _in_other(before, neighbour)
-            mesh = neighbour.model.posed_mesh
             way = float(np.linalg.norm(change[:3, :3] @ mesh.centre + change[:3, 3]))
             way += float(np.linalg.norm(change[:3, :3], 2)) * mesh.radius
-            largest = max(largest, way / _nearest(a, neighbour))
+            ways += both
+            against += way / _nearest(a, neighbour)
+        focal = a.camera.focal_length_px
+        one, two = (focal * ways).tolist()
+        return cls(ways=(one, two), against=focal * against, may_overlap=overlap)
+
+
+def joints_against_bodies(states: Sequence[SceneState], camera: str, names: Iterable[str]) -> float:
+    """How far joints carry parts of spacecraft against the rest of these, at most [px]."""
+    middle = states[len(states) // 2]
+    a = middle.cameras[camera]
+    largest = 0.0
+    for name in names:
+        before = middle.bodies[name]
+        moved = sum(
+            _joint_motion(before.model, end.bodies[name].model) for end in (states[0], states[-1])
+        )
+        largest = max(largest, moved / _nearest(a, before))
     return a.camera.focal_length_px * largest
 
 

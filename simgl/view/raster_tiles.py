@@ -248,12 +248,6 @@ def _share_depth(a: _Group, b: _Group) -> bool:
     return near_a <= far_b and near_b <= far_a
 
 
-def _are_layers(a: _Group, b: _Group, standing: frozenset[str]) -> bool:
-    """Whether one of two stands still in the image while the other moves before it or behind it."""
-    stands = [{one.view.name for one in group.targets} <= standing for group in (a, b)]
-    return stands[0] != stands[1] and not _share_depth(a, b)
-
-
 def _must_share(group: _Group, small: _Group, sample_budget: int) -> bool:
     """Whether a small target is to be drawn on a group's raster.
 
@@ -298,7 +292,6 @@ def raster_tiles(
     *,
     with_lamps: bool,
     rows: tuple[int, int] | None = None,
-    unmoved: frozenset[str] = frozenset(),
 ) -> tuple[RasterTile, ...]:
     """The tiles in the order in which they are laid over the image, the farthest first.
 
@@ -306,12 +299,7 @@ def raster_tiles(
     samples_per_pixel : of geometry; more where spacecraft are small
     with_lamps : distances between spacecraft and lamps matter
     rows : first and end of those that are drawn; None for all
-    unmoved : spacecraft that have tiles of their own before what moves, and behind it
     """
-
-    def hide_each_other(a: _Group, b: _Group) -> bool:
-        return _share_pixels(a, b) and not _are_layers(a, b, unmoved)
-
     groups: list[_Group] = []
     windows: list[_Group] = []
     targets = [target for view in views if (target := _target(view, camera, rows)) is not None]
@@ -319,7 +307,7 @@ def raster_tiles(
     for one in sorted(targets, key=lambda one: id(one) in small):
         group = _Group(targets=(one,), box=one.box)
         if id(one) not in small or any(_must_share(o, group, sample_budget) for o in groups):
-            groups = _join(groups, group, hide_each_other)
+            groups = _join(groups, group, _share_pixels)
         else:
             # The rows of a few pixels see it at one time.
             standing = one.settled or one

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
+from dataclasses import replace
+from itertools import combinations, pairwise
 
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
@@ -13,7 +14,10 @@ from simgl.camera.rolling_shutter import MAX_PARTS
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import SceneState
 from simgl.view.image_motion import (
-    motion_between,
+    LARGEST_STEP,
+    Pair,
+    joints_against_bodies,
+    shades,
     turn_of_bodies,
     turn_of_body,
     turn_of_joints,
@@ -33,8 +37,10 @@ LONGEST_TURN = float(np.radians(12.0))
 # Turn over which lobes are averaged, of a body with the narrowest ones [rad]: of what flashes up
 # for less time the streak is as long as its way in that turn.
 _GLOSSY_TURN = float(np.radians(2.5))
-# How far what hides something else moves against it in one snapshot [px].
-LARGEST_STEP = 1.0
+# Snapshots that are enough for what hides something else, or shades it, and goes farther than that
+# many times ``LARGEST_STEP``. Each shows where both are in its middle: edges come in so many steps,
+# with the right mean.
+_ENOUGH_STEPS = 8.0
 # The longest way along which one snapshot is swept [px].
 LONGEST_WAY = 400.0
 # The same where rows have their own times: the samples of slanting edges leave 0.016 px in each row
@@ -76,7 +82,7 @@ def snapshot_count(
     blur: float,
     *,
     rows: bool,
-    standing: frozenset[str] = frozenset(),
+    names: frozenset[str],
 ) -> tuple[int, int]:
     """Of spacecraft, and in how many parts of its time the light of each is told.
 
@@ -84,21 +90,38 @@ def snapshot_count(
     exposed : share of that time in which a row sees them
     blur : how far anything moves in that share, at most [px]
     rows : whether they have their own times
-    standing : that are layers of their own
+    names : of the spacecraft that they show
     """
     first, middle, last = states[0], states[len(states) // 2], states[-1]
-    lit = exposed * sum(_turn_of_light(one, other) for one, other in pairwise(states))
-    turns = exposed * sum(_turn_of_lobes(one, other) for one, other in pairwise(states))
-    ends = (motion_between(middle, end, name, standing) for end in (first, last))
-    against = exposed * sum(ends)
+    shown = [
+        replace(one, bodies={each: one.bodies[each] for each in one.bodies if each in names})
+        for one in states
+    ]
+    lit = exposed * sum(_turn_of_light(one, other) for one, other in pairwise(shown))
+    turns = exposed * sum(_turn_of_lobes(one, other) for one, other in pairwise(shown))
     way = blur / (LONGEST_WAY_IN_ROWS if rows else LONGEST_WAY)
     uneven, turning = 1.0, 1.0
-    for body in middle.bodies:
+    for body in shown[0].bodies:
         uneven = max(uneven, _uneven((first, middle, last), name, body, exposed))
         turning = max(turning, _of_outline(states, name, body, exposed))
-    wanted = max(lit, way, against / LARGEST_STEP, uneven, turning)
+    steps = min(exposed * _steps_against(states, name, names), _ENOUGH_STEPS)
+    wanted = max(lit, way, steps, uneven, turning)
     count = int(np.clip(np.ceil(wanted), 1, MAX_PARTS))
     return count, int(np.ceil(max(turns / count, 1.0)))
+
+
+def _steps_against(states: Sequence[SceneState], name: str, names: frozenset[str]) -> float:
+    """In so many steps what is hidden by others, or lies in their shadows, has to be told."""
+    steps = joints_against_bodies(states, name, names) / LARGEST_STEP
+    for one, other in combinations(states[0].bodies, 2):
+        if not names & {one, other}:
+            continue
+        pair = Pair.of(states, name, one, other)
+        hides = names >= {one, other} and pair.may_overlap
+        shaded = ((one, other) if on == other else (other, one) for on in names & {one, other})
+        if hides or any(shades(state, by, on) for by, on in shaded for state in states):
+            steps = max(steps, pair.against / LARGEST_STEP)
+    return steps
 
 
 def count_behind(states: Sequence[SceneState], name: str, way: float) -> int:

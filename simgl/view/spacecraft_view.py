@@ -137,6 +137,7 @@ def spacecraft_views(
     between_spacecraft: bool = False,
     shadows: ShadowsOf | None = None,
     samples_per_pixel: float | None = None,
+    shown: frozenset[str] | None = None,
 ) -> list[SpacecraftView]:
     """All spacecraft that the Earth does not hide from the camera.
 
@@ -144,6 +145,7 @@ def spacecraft_views(
     between_spacecraft : and that between those near to each other
     shadows : whose shadow maps they have; None for their own
     samples_per_pixel : that the scenario asks for
+    shown : which of them; None for all
 
     Raises ConfigError where the camera is inside a body.
     """
@@ -151,6 +153,8 @@ def spacecraft_views(
     groups = near_groups(state) if inter_reflection and between_spacecraft else {}
     for index, (name, body) in enumerate(state.bodies.items()):
         _refuse_inside(camera, name, body)
+        if shown is not None and name not in shown:
+            continue
         if _hidden_by_earth(state.earth, camera.position, body.pose.position):
             continue
         sun = state.direct_light(body.pose.position).main

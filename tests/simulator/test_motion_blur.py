@@ -189,6 +189,55 @@ def test_what_stands_still_before_what_moves_is_a_layer_of_its_own(gl: moderngl.
     assert image.sum() == pytest.approx(wanted.sum(), rel=1e-3)
 
 
+def test_spacecraft_that_pass_each_other_are_layers(gl: moderngl.Context) -> None:
+    """One goes 24 px before another that goes 8 px the other way: one snapshot of each does."""
+    dark = {"box": {"size_m": [1.0, 0.5, 0.3], "material": lambert(0.1)}}
+    bodies = {
+        "craft": {"model": BOX, "position_icrf_m": [0.0, 0.0, 0.0]},
+        "near": {"model": dark, "position_icrf_m": [0.3, 0.2, 10.0]},
+    }
+    render = {"samples_per_pixel": 30}
+    one = scene(bodies, CAMERA, render=render, sun_direction=(0.9, 0.2, 0.6))
+    right = one.at(one.epoch_tai_ns).cameras["cam"].R_camera_from_icrf[0]
+    behind = moving(one, -8.0, 2.0)
+
+    def during(tai_ns: int) -> SceneState:
+        state = behind(tai_ns)
+        share = (tai_ns - one.epoch_tai_ns) * 1e-9 / EXPOSURE
+        near = state.bodies["near"]
+        place = near.pose.position + 24.0 * share * (RANGE - 10.0) / FOCAL * right
+        moved = replace(near, pose=replace(near.pose, position=place))
+        return replace(state, bodies={**state.bodies, "near": moved})
+
+    over_exposure = moving_scene(one.at(one.epoch_tai_ns), "cam", during)
+    assert over_exposure is not None
+    assert [(set(layer.names or ()), layer.count) for layer in over_exposure.layers] == [
+        ({"craft"}, 1),
+        ({"near"}, 1),
+    ]
+    image, wanted = drawn(gl, one, during, 72)
+    assert np.sqrt(np.mean(np.square(image - wanted))) < 0.004 * wanted.max()
+    assert image.sum() == pytest.approx(wanted.sum(), rel=1e-3)
+
+
+def test_no_more_snapshots_than_eight_steps_of_what_passes(gl: moderngl.Context) -> None:
+    """A box that goes 40 px through another, which it cannot be a layer before."""
+    dark = {"box": {"size_m": [1.0, 0.5, 0.3], "material": lambert(0.1)}}
+    bodies = {
+        "craft": {"model": dark, "position_icrf_m": [0.0, 0.0, 0.0]},
+        "other": {"model": BOX, "position_icrf_m": [0.0, 0.0, 0.0]},
+    }
+    one = scene(bodies, CAMERA, render={"samples_per_pixel": 30}, sun_direction=(0.3, 0.2, 1.0))
+    # Its dark ends come out of the other.
+    during = moving(one, 40.0, from_x=40.0)
+    over_exposure = moving_scene(one.at(one.epoch_tai_ns), "cam", during)
+    assert over_exposure is not None
+    assert (over_exposure.layers, over_exposure.count) == ((), 8)
+    image, wanted = drawn(gl, one, during, 40)
+    assert np.sqrt(np.mean(np.square(image - wanted))) < 0.004 * wanted.max()
+    assert image.sum() == pytest.approx(wanted.sum(), rel=1e-3)
+
+
 @pytest.mark.parametrize("distortion", [{"k1": -0.3, "p1": 0.01}, {"model": "fisheye", "k1": 0.02}])
 def test_a_lens_bends_the_ways(gl: moderngl.Context, distortion: dict[str, object]) -> None:
     one = box(
