@@ -18,7 +18,7 @@ from simgl.gpu.render_targets import read_by_texel
 from simgl.lru_cache import MANY, LruCache
 from simgl.passes.mesh_store import MAX_BYTES, GridLight, VertexLighting
 from simgl.passes.tasks_ahead import TasksAhead
-from simgl.passes.vertex_sums import SkyOfVertices, VertexInputs, VertexSums
+from simgl.passes.vertex_sums import SkyOfVertices, VertexInputs, VertexSums, near_table
 from simgl.radiosity.incident_light import IncidentLight, NearPair
 from simgl.radiosity.isolated_light import MadeOf, PendingLight
 from simgl.radiosity.light_transport import LightGrids, LightTransport
@@ -336,15 +336,17 @@ class InterreflectionPass:
         def inputs() -> VertexInputs:
             exitance, sunlight = at_vertices.result()
             assert not isinstance(sunlight, GatheredSunlight)
-            near = None
+            at_rows = near = None
             if (light := lobes.result()) is not None:
                 at_rows = np.take(light, transport.vertex_rows, axis=0)
-                near = at_rows, np.zeros(len(at_rows), dtype=np.float32)
             if from_near is not None:
                 others = from_near.result()
                 exitance = exitance + others.exitance
                 hidden = others.lost_share(transport.of_vertices, cells.result())
-                near = others.at_rows if near is None else others.at_rows + near[0], hidden
+                received = others.at_rows if at_rows is None else others.at_rows + at_rows
+                near = near_table(received, hidden)
+            elif at_rows is not None:
+                near = near_table(at_rows, np.zeros(len(at_rows), dtype=np.float32))
             return VertexInputs(
                 transport=transport,
                 exitance=exitance,

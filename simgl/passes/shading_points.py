@@ -56,35 +56,38 @@ def page_table(
     even : of squares of 2 x 2 blocks: each that is not ``UNEVEN`` has one page, and so has each
         larger one
     returns : (rows of squares, ENTRIES) uint32, the entry of each page, 0 where there is none;
-        (rows, columns) uint32, the first page of each block. Both have a bit that tells of wide
-        pages. Of lit, dark and partly lit squares how many rows of squares their pages fill, each
-        kind from a new row on; those of blocks follow.
+        (rows, columns) uint32, the first page of each block, 0 of one without pages. Both have a
+        bit that tells of wide pages. Of lit, dark and partly lit squares how many rows of squares
+        their pages fill, each kind from a new row on; those of blocks follow.
     """
     if even is None or not even.kinds.any():
         even = without_penumbras(np.zeros((0, 0), dtype=np.uint8))
     wide_entries, wide_first, rows_of = _wide_pages(even)
     wide = even.kinds != UNEVEN
-    counts = counts.copy()
-    for of_square in blocks_of_squares(counts) if wide.size else ():
-        of_square[wide] = 0
-    # A sum that widens its numbers by itself takes five times as long.
-    flat = counts.ravel().astype(np.uint32)
-    first = np.cumsum(flat, dtype=np.uint32)
-    total, before = int(first[-1]), wide_entries.size
-    first += np.uint32(before)
-    first -= flat
+    if wide.size:
+        counts = counts.copy()
+        for of_square in blocks_of_squares(counts):
+            of_square[wide] = 0
+    # Few blocks have pages of their own: sums and copies of all take four times as long.
+    with_pages = counts != 0
+    count = counts[with_pages].astype(np.uint32)
+    end = np.cumsum(count, dtype=np.uint32)
+    total, before = int(end[-1]) if end.size else 0, wide_entries.size
+    start = end + np.uint32(before)
+    start -= count
     rows = len(wide_entries) + -(-total // ENTRIES)
     entries = np.zeros((max(1, rows), ENTRIES), dtype=np.uint32)
     entries[: len(wide_entries)] = wide_entries
     block_rows, block_columns = (np.arange(n, dtype=np.uint32) for n in counts.shape)
     # What is the same for all pages of a block: the layer counts on from there. In 32 bits, which
     # what is taken away and added again may leave.
-    of_block = (_PRESENT | block_rows[:, None] << _ROW_BIT | block_columns).ravel()
-    of_block -= first << _LAYER_BIT
+    of_block = (_PRESENT | block_rows[:, None] << _ROW_BIT | block_columns)[with_pages]
+    of_block -= start << _LAYER_BIT
     number = np.arange(before, before + total, dtype=np.uint32)
     number <<= _LAYER_BIT
-    np.add(np.repeat(of_block, flat), number, out=entries.reshape(-1)[before : before + total])
-    first = first.reshape(counts.shape)
+    np.add(np.repeat(of_block, count), number, out=entries.reshape(-1)[before : before + total])
+    first = np.zeros(counts.shape, dtype=np.uint32)
+    first[with_pages] = start
     for of_square in blocks_of_squares(first) if wide.size else ():
         np.copyto(of_square, wide_first, where=wide)
     return entries, first, rows_of
@@ -93,6 +96,8 @@ def page_table(
 def _wide_pages(even: EvenSquares) -> tuple[AnyArray, AnyArray, tuple[int, int, int]]:
     """(rows of squares, ENTRIES) entries of wide pages, the page of each square and rows of squares
     by kind, as ``page_table`` gives them. Of each kind those of larger squares come first."""
+    if not even.kinds.any():
+        return np.zeros((0, ENTRIES), np.uint32), np.zeros(even.kinds.shape, np.uint32), (0, 0, 0)
     single = even.kinds.copy()
     of_larger = np.where(even.larger, blocks_of_squares(single)[0], UNEVEN)
     for square in blocks_of_squares(single):

@@ -58,15 +58,29 @@ class VertexInputs:
     exitance : (p, 4) of its patches, but for what is in the tables of sunlight [W m-2]
     sky : None for a dark one
     sunlight : None without a Sun
-    near : (r, 4) irradiance by other spacecraft [W m-2], and (r,) the share of the sky that they
-        hide; None where they have no part in it
+    near : of other spacecraft, ``near_table``; None where they have no part in it
     """
 
     transport: LightTransport
     exitance: Array32
     sky: SkyOfVertices | None
     sunlight: UnsummedSunlight | None
-    near: tuple[Array32, Array32] | None
+    near: Array32 | None
+
+
+def near_table(irradiance: Array32, hidden: Array32) -> Array32:
+    """(r + r / 4, 4) what the vertices of a body get of other spacecraft, as a GPU reads it; in any
+    thread.
+
+    irradiance : (r, 4) by them [W m-2]
+    hidden : (r,) share of the sky that they hide
+    """
+    count = len(hidden)
+    rows = np.empty((count + -(-count // 4), 4), dtype=np.float32)
+    rows[:count] = irradiance
+    shares = rows[count:].reshape(-1)
+    shares[:count], shares[count:] = hidden, 0.0
+    return rows
 
 
 class _Gathering:
@@ -231,11 +245,7 @@ class VertexSums:
         """Of other spacecraft, where they have a part in it."""
         if inputs.near is None:
             return [], []
-        irradiance, hidden = inputs.near
-        rows = np.zeros((len(hidden) + -(-len(hidden) // 4), 4), dtype=np.float32)
-        rows[: len(hidden)] = irradiance
-        rows[len(hidden) :].reshape(-1)[: len(hidden)] = hidden
-        return ["NEAR"], [self._written("near", rows)]
+        return ["NEAR"], [self._written("near", inputs.near)]
 
     def _reserved(self, use: str, nbytes: int) -> moderngl.Buffer:
         """A buffer of at least so many bytes."""

@@ -283,16 +283,18 @@ def tiles_behind(bare: Mask, corner: tuple[int, int], edge: float, size: tuple[i
 
     left, right, in_columns = blocks(corner[0], bare.shape[1], size[0])
     top, bottom, in_rows = blocks(corner[1], bare.shape[0], size[1])
-    sums = np.zeros((bare.shape[0], bare.shape[1] + 1), dtype=np.int32)
-    # A sum that widens its numbers by itself takes twice as long.
-    np.cumsum(bare.astype(np.int32), axis=1, out=sums[:, 1:])
-    across = sums[:, right] - sums[:, left]
-    sums = np.zeros((bare.shape[0] + 1, across.shape[1]), dtype=np.int32)
-    np.cumsum(across, axis=0, out=sums[1:])
-    none = sums[bottom] == sums[top]
-    hidden = split(none & in_columns & in_rows[:, None], MERGED)
+    seen = _any_within(_any_within(bare, top, bottom).T, left, right).T
+    hidden = split(~seen & in_columns & in_rows[:, None], MERGED)
     columns, rows = (-(-length // TILE) for length in size)
     return hidden[:rows, :columns]
+
+
+def _any_within(values: Mask, first: IndexArray, end: IndexArray) -> Mask:
+    """(ranges, columns) whether any of the rows of some ranges is true; ranges hold a row each."""
+    # Every second one reaches from the end of a range to the next; the last may begin at the end.
+    padded = np.concatenate([values, np.zeros((1, values.shape[1]), dtype=bool)])
+    bounds = np.stack([first, end], axis=1).ravel()
+    return np.asarray(np.logical_or.reduceat(padded, bounds, axis=0)[::2])
 
 
 def _frosted(planet: PlanetView, low: Array, high: Array) -> Mask:

@@ -11,7 +11,7 @@ import pytest
 from simgl.arrays import Array32
 from simgl.gpu.mesh_tables import COLUMNS
 from simgl.passes.mesh_store import GridLight, VertexLighting
-from simgl.passes.vertex_sums import SkyOfVertices, VertexInputs, VertexSums
+from simgl.passes.vertex_sums import SkyOfVertices, VertexInputs, VertexSums, near_table
 from simgl.radiosity.patch_light import PatchLight, UnsummedSunlight
 from simgl.radiosity.precomputed_response import GatheredSunlight
 from simgl.radiosity.solver import earth_share, vertex_irradiance
@@ -73,7 +73,7 @@ def test_sums_on_a_gpu_are_those_of_the_cpu(
         exitance=exitance,
         sky=SkyOfVertices.of(transport, cells),
         sunlight=unsummed.sunlight,
-        near=near,
+        near=None if near is None else near_table(*near),
     )
     for _ in range(2):
         sums.write(

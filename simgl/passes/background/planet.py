@@ -222,9 +222,11 @@ class PlanetPass:
     def _ground(self, lit: LitEarth) -> GroundTiles:
         if lit.mapped:
             self._textures.of(lit.planet.earth)
-        cells = self._textures.cells if lit.mapped else None
+        # One program draws all tiles of a sky, whatever is on them.
+        cells = self._textures.cells if lit.mapped and not lit.of_sky else None
+        noise = not lit.far and not lit.of_sky
         intrinsics, size = lit.background.intrinsics, lit.areas[0][2:]
-        return ground_tiles(lit.planet, lit.turns, intrinsics, size, cells, noise=not lit.far)
+        return ground_tiles(lit.planet, lit.turns, intrinsics, size, cells, noise=noise)
 
     def _planned(
         self, sunlit: LitEarth, hidden: Mask | None = None, *, brightest: bool = False
