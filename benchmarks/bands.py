@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from simgl.arrays import Array
-from simgl.physics.band_air import gas_transmittance
 from simgl.scenario.loader import scenario_from_dict
 from simgl.simulator import Product, Simulator
 from tests.passes.band_scenes import ORBIT, over_earth
+from tests.reference.gas_lines import gas_transmittance
 
 
 def _image(boresight: list[float], bands: list[list[float]] | None, **earth: Any) -> Array:

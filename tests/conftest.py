@@ -114,6 +114,22 @@ def _shared_programs(
         shared.release()
 
 
+@pytest.fixture(scope="module")
+def module_gl(
+    _watched_context: WatchedContext, _shared_programs: SharedPrograms
+) -> Iterator[moderngl.Context]:
+    """The context of ``gl`` for what the tests of a module share, such as a simulator.
+
+    A context of its own would compile all programs again. Fails a module that leaves objects
+    behind.
+    """
+    before = _shared_programs.living
+    yield _watched_context.ctx
+    _watched_context.check()
+    left = dict(_shared_programs.living - before)
+    assert not left, f"OpenGL objects left in the context: {left}"
+
+
 @pytest.fixture
 def gl(
     _watched_context: WatchedContext, _shared_programs: SharedPrograms

@@ -68,13 +68,15 @@ def radiance(gl: moderngl.Context, scenario: Scenario) -> Array32:
 
 
 @contextmanager
-def opened(first: Scenario) -> Iterator[Callable[[Scenario], Array32]]:
+def opened(gl: moderngl.Context, first: Scenario) -> Iterator[Callable[[Scenario], Array32]]:
     """Draws camera "cam" of scenarios with the models, Earth and settings of the first.
 
-    One simulator in a context of its own, which the tests of a module may share: opening one takes
-    longer than a small image.
+    One simulator, which the tests of a module may share: opening one takes longer than a small
+    image.
+
+    gl : ``module_gl`` where they do
     """
-    with Simulator(first) as simulator:
+    with Simulator(first, gl) as simulator:
         yield partial(_radiance, simulator)
 
 

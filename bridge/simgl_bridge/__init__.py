@@ -54,7 +54,6 @@ _MODULES = {
     "message_parts": "ServerStatus Shot",
     "preview": "PreviewClient",
 }
-_RENAMED = {"Watch": "PreviewClient"}
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names.split()}
 
 __all__ = sorted(_MODULE_OF)
@@ -62,8 +61,6 @@ __all__ = sorted(_MODULE_OF)
 
 def __getattr__(name: str) -> Any:
     """Load a public name from its module (PEP 562) and keep it."""
-    if name in _RENAMED:
-        raise AttributeError(f"simgl_bridge.{name} is now simgl_bridge.{_RENAMED[name]}")
     if name not in _MODULE_OF:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     value = getattr(import_module(f"simgl_bridge.{_MODULE_OF[name]}"), name)

@@ -72,7 +72,7 @@ def main(
     pages = [str(path) for path in paths if path.suffix == ".html"]
     if runs > 1:
         count = sum(docked(summary) for summary in summaries)
-        line = f"{count} of {runs} flights DOCKED: all criteria met"
+        line = f"{count} of {runs} flights met all criteria: DOCKED"
     else:
         line = verdict(summaries[0])
     console.print(f"{line}. Open {' and '.join(pages)}")

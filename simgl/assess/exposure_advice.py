@@ -75,7 +75,7 @@ def exposure_limits(
     sky : (m,) of the pixels beside all spacecraft
     """
     bright, dark = np.quantile(
-        on_target.astype(np.float64), [1.0 - GLINTS * criteria.most_saturated, SLITS]
+        on_target.astype(np.float64), [1.0 - GLINTS * criteria.max_saturated_share, SLITS]
     )
     detected, exposure_time = _detected(camera), camera.exposure_time
     darkest = float(np.quantile(sky, SKY)) if sky.size else 0.0

@@ -50,23 +50,26 @@ def verdict(assessment: ImageFigures, limits: UsabilityCriteria) -> tuple[Verdic
     assessment : figures of an image, such as a ``FrameAssessment``
     limits : of a usable image, such as ``scenario.criteria``
     """
-    if assessment.target_pixels < limits.least_pixels:
-        text = f"{assessment.target_pixels} pixels of the target, {limits.least_pixels} are needed"
+    if assessment.target_pixels < limits.min_target_pixels:
+        text = f"{assessment.target_pixels} pixels of the target, "
+        text += f"{limits.min_target_pixels} are needed"
         return Verdict.NOT_IN_VIEW, (text,)
     faults: list[tuple[Verdict, str]] = []
-    if assessment.saturated > limits.most_saturated:
+    if assessment.saturated > limits.max_saturated_share:
         text = f"{_percent(assessment.saturated)} saturated, "
-        text += f"{_percent(limits.most_saturated)} allowed"
+        text += f"{_percent(limits.max_saturated_share)} allowed"
         faults.append((Verdict.TOO_BRIGHT, text))
-    if assessment.dark > limits.most_dark:
-        text = f"{_percent(assessment.dark)} in the noise, {_percent(limits.most_dark)} allowed"
+    if assessment.dark > limits.max_dark_share:
+        text = (
+            f"{_percent(assessment.dark)} in the noise, {_percent(limits.max_dark_share)} allowed"
+        )
         faults.append((Verdict.TOO_DARK, text))
-    if assessment.median_snr < limits.least_snr:
-        text = f"signal over noise {assessment.median_snr:.1f}, {limits.least_snr:g} is needed"
+    if assessment.median_snr < limits.min_snr:
+        text = f"signal over noise {assessment.median_snr:.1f}, {limits.min_snr:g} is needed"
         faults.append((Verdict.TOO_DARK, text))
-    if assessment.contrast is not None and assessment.contrast < limits.least_contrast:
+    if assessment.contrast is not None and assessment.contrast < limits.min_contrast:
         text = f"contrast {assessment.contrast:.2f} to the background, "
-        text += f"{limits.least_contrast:g} needed"
+        text += f"{limits.min_contrast:g} needed"
         faults.append((Verdict.CONFUSED, text))
     if not faults:
         return Verdict.GOOD, ()

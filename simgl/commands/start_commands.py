@@ -25,7 +25,7 @@ def new(
         say(path)
     say(
         "",
-        shlex.join(["simgl", "render", f"{name}/scenario.toml", "--out", f"{name}/out"]),
+        shlex.join(["simgl", "render", f"{name}/scenario.toml", "--out", f"out/{name.name}"]),
         shlex.join(["python", f"{name}/loop.py"]),
     )
 

@@ -69,16 +69,24 @@ def read_toml(path: Path) -> dict[str, Any]:
     try:
         data = tomllib.loads(text)
     except ValueError as error:
-        raise ConfigError(str(path), "", f"is not valid TOML: {_one_line(error)}") from None
+        raise ConfigError(str(path), "", f"is not valid TOML: {_complaint(error, text)}") from None
     except RecursionError:
         raise _too_deep(str(path)) from None
     check_depth(data, str(path))
     return data
 
 
-def _one_line(error: ValueError) -> str:
-    """A parser's complaint, which may hold a key of the file of any length."""
-    text = " ".join(str(error).split())
+def _complaint(error: ValueError, text: str) -> str:
+    """What the parser of a text says, with the line that it is about: it names no key."""
+    complaint = _one_line(str(error))
+    place = re.search(r"\(at line (\d+), column \d+\)$", complaint)
+    line = _one_line(text.split("\n")[int(place[1]) - 1]) if place else ""
+    return f"{complaint}: {line}" if line.isprintable() and line else complaint
+
+
+def _one_line(text: str) -> str:
+    """A text, which may hold a key of a file of any length, as one line of some hundred letters."""
+    text = " ".join(text.split())
     return text if len(text) <= 3 * _MAX_SHOWN else f"{text[:_MAX_SHOWN]}...{text[-_MAX_SHOWN:]}"
 
 

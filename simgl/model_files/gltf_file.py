@@ -171,6 +171,8 @@ class GltfFile:
     def fractions(self, index: int, kinds: str | tuple[str, ...]) -> Array:
         """(count, width) values of an accessor of floats or of normalized integers."""
         values = self.array(index, kinds, FRACTION)
+        if values.dtype.kind != "f" and not self.gltf.accessors[index].normalized:
+            raise AssetError(f"{self.path}: accessor {index} has integers that are not normalized")
         largest = 1.0 if values.dtype.kind == "f" else float(np.iinfo(values.dtype).max)
         return values.astype(np.float64) / largest
 

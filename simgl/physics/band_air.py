@@ -86,17 +86,6 @@ def refractivity(wavelength: float) -> float:
     return 1e-8 * (5792105.0 / (238.0185 - um2) + 167917.0 / (57.362 - um2))
 
 
-def gas_transmittance(gas: str, wavelength: Array, columns: Array) -> Array:
-    """(n, k) of vertical columns (k,) of "water", "oxygen" or "mixed" gases, in pieces of 5 nm.
-
-    wavelength : (n,) [m]
-
-    Mixed gases are carbon dioxide, methane, nitrous oxide and carbon monoxide.
-    """
-    mean, width = (one[:, None] for one in _lines(gas, wavelength))
-    return np.asarray(np.exp(width * (1.0 - np.sqrt(1.0 + 2.0 * mean * columns / width))))
-
-
 @lru_cache(maxsize=32)
 def air_in_bands(bands: Bands) -> BandAir:
     """The air of ``STANDARD`` in other bands.

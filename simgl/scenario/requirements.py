@@ -19,7 +19,7 @@ class When(StrEnum):
     """The epochs at which a requirement counts.
 
     ALWAYS : all of them
-    IN_VIEW : those that show as much of the target as ``least_pixels`` of ``[assess]`` says
+    IN_VIEW : those that show as much of the target as ``min_target_pixels`` of ``[assess]`` says
     SUNLIT : those of them at which at least half of the Sun's light reaches the target
     """
 

@@ -373,20 +373,20 @@ class UsabilityCriteria:
     """Limits for a usable image of a target.
 
     target, camera : names; None for the scenario's first ones
-    least_pixels : minimum number of target pixels
-    most_saturated : maximum fraction of saturated target pixels
-    most_dark : maximum fraction of target pixels below the noise
-    least_snr : minimum of the median signal-to-noise ratio of the target
-    least_contrast : minimum contrast to the background, abs(t - b) / (t + b) of median electrons
+    min_target_pixels : minimum number of target pixels
+    max_saturated_share : maximum fraction of saturated target pixels
+    max_dark_share : maximum fraction of target pixels below the noise
+    min_snr : minimum of the median signal-to-noise ratio of the target
+    min_contrast : minimum contrast to the background, abs(t - b) / (t + b) of median electrons
     """
 
     target: str | None = None
     camera: str | None = None
-    least_pixels: int = 25
-    most_saturated: float = 0.05
-    most_dark: float = 0.5
-    least_snr: float = 10.0
-    least_contrast: float = 0.1
+    min_target_pixels: int = 25
+    max_saturated_share: float = 0.05
+    max_dark_share: float = 0.5
+    min_snr: float = 10.0
+    min_contrast: float = 0.1
 
 
 class AssessTable(Table, frozen=True, kw_only=True):
@@ -394,11 +394,11 @@ class AssessTable(Table, frozen=True, kw_only=True):
 
     target: str | None = None
     camera: str | None = None
-    least_pixels: Annotated[int, Meta(ge=1)] = UsabilityCriteria.least_pixels
-    most_saturated: Fraction = UsabilityCriteria.most_saturated
-    most_dark: Fraction = UsabilityCriteria.most_dark
-    least_snr: NonNegative = UsabilityCriteria.least_snr
-    least_contrast: Fraction = UsabilityCriteria.least_contrast
+    min_target_pixels: Annotated[int, Meta(ge=1)] = UsabilityCriteria.min_target_pixels
+    max_saturated_share: Fraction = UsabilityCriteria.max_saturated_share
+    max_dark_share: Fraction = UsabilityCriteria.max_dark_share
+    min_snr: NonNegative = UsabilityCriteria.min_snr
+    min_contrast: Fraction = UsabilityCriteria.min_contrast
 
 
 class RenderTable(Table, frozen=True, kw_only=True):

@@ -91,8 +91,8 @@ def test_glints_may_saturate_as_far_as_the_criteria_let_them(
     # One pixel in fifty of the plate glints: less than half of a twentieth, more than of a tenth
     # of that.
     made.electrons.electrons.flat[places[::50]] = 1e5
-    lenient = advise(made, state, "plate", UsabilityCriteria(most_saturated=0.05))
-    strict = advise(made, state, "plate", UsabilityCriteria(most_saturated=0.005))
+    lenient = advise(made, state, "plate", UsabilityCriteria(max_saturated_share=0.05))
+    strict = advise(made, state, "plate", UsabilityCriteria(max_saturated_share=0.005))
     assert lenient.unsaturated == pytest.approx(1000.0 * strict.unsaturated, rel=1e-6)
 
 

@@ -29,7 +29,7 @@ height_px = 48
 focal_length_mm = 2.0
 exposure_time_s = 0.0002
 [assess]
-least_pixels = 10
+min_target_pixels = 10
 """
 
 
@@ -109,13 +109,18 @@ def test_one_epoch_says_its_verdict(
     ("old", "new", "options", "complaint"),
     [
         (
-            "least_pixels = 10",
-            "least_pixel = 10",
+            "min_target_pixels = 10",
+            "min_target_pixel = 10",
             [],
-            "[assess]: least_pixel is not a key here",
+            "[assess]: min_target_pixel is not a key here",
         ),
-        ("least_pixels = 10", 'target = "x"', [], '[assess]: target names none of this file: "x"'),
-        ("least_pixels = 10", "most_dark = 2.0", [], "[assess]: most_dark must be"),
+        (
+            "min_target_pixels = 10",
+            'target = "x"',
+            [],
+            '[assess]: target names none of this file: "x"',
+        ),
+        ("min_target_pixels = 10", "max_dark_share = 2.0", [], "[assess]: max_dark_share must be"),
         ("", "", ["--camera", "far"], '--camera "far" is not in'),
         ("", "", ["--target", "far"], '--target "far" is not in'),
         ("", "", ["--at", "2026-03-20", "--out", "x"], "--at is one epoch; --out is for a"),

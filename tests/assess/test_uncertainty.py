@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
+import moderngl
 import numpy as np
 import pytest
 
@@ -61,8 +62,8 @@ def scenario(tmp_path_factory: pytest.TempPathFactory) -> Scenario:
 
 
 @pytest.fixture(scope="module")
-def simulator(scenario: Scenario) -> Iterator[Simulator]:
-    with Simulator(scenario) as opened:
+def simulator(module_gl: moderngl.Context, scenario: Scenario) -> Iterator[Simulator]:
+    with Simulator(scenario, module_gl) as opened:
         yield opened
 
 

@@ -68,9 +68,9 @@ def test_a_picture_with_several_faults_names_them_all() -> None:
 
 
 def test_limits_are_those_of_the_scenario() -> None:
-    limits = UsabilityCriteria(least_snr=50.0)
+    limits = UsabilityCriteria(min_snr=50.0)
     assert verdict(GOOD, limits)[0] is Verdict.TOO_DARK
-    assert verdict(GOOD, replace(limits, least_snr=40.0))[0] is Verdict.GOOD
+    assert verdict(GOOD, replace(limits, min_snr=40.0))[0] is Verdict.GOOD
 
 
 def moments(*verdicts: Verdict, **changes: float) -> list[Moment]:

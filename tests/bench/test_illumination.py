@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import moderngl
 import numpy as np
 
 from benchmarks.illumination import light
@@ -11,12 +12,14 @@ from simgl.simulator import Product
 from tests.web.small_scene import box_scenario
 
 
-def test_plain_light_is_that_of_the_sun_alone_and_ends_with_its_block() -> None:
+def test_plain_light_is_that_of_the_sun_alone_and_ends_with_its_block(
+    gl: moderngl.Context,
+) -> None:
     """The Earth lights a box's sides, which plain light leaves out, and what lies behind is the
     same: the names that the benchmark replaces are those that frames call."""
     scenario = box_scenario(earth={"shape": "sphere", "radius_km": 6371.0, "albedo": 0.5})
     state = scenario.at(scenario.epoch_tai_ns)
-    with Simulator(scenario) as simulator:
+    with Simulator(scenario, gl) as simulator:
 
         def radiance() -> Array32:
             frame = simulator.capture(state, "nav", [Product.RADIANCE]).radiance

@@ -111,14 +111,14 @@ def test_the_exr_holds_radiance_depth_and_parts_bit_for_bit(
     ],
 )
 def test_the_exr_header_says_where_the_pixels_of_any_lens_look(
-    distortion: dict[str, str | float], scene: Path, tmp_path: Path
+    gl: moderngl.Context, distortion: dict[str, str | float], scene: Path, tmp_path: Path
 ) -> None:
     intrinsics = "focal_length_px = [33.0, 31.0]\nprincipal_point_px = [23.1, 17.2]\nskew_px = 0.7"
     table = ", ".join(f"{key} = {json.dumps(value)}" for key, value in distortion.items())
     lens = f"{intrinsics}\noptics.distortion = {{ {table} }}"
     scene.write_text(scene.read_text().replace("focal_length_mm = 0.6", lens))
     loaded = load_scenario(scene)
-    with Simulator(loaded) as simulator:
+    with Simulator(loaded, gl) as simulator:
         state = loaded.at(loaded.epoch_tai_ns)
         capture = simulator.capture(state, "nav", {Product.RADIANCE}, draw=3)
     write_capture(capture, tmp_path, "nav")

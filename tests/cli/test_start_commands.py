@@ -41,7 +41,7 @@ def test_a_project_has_its_three_files_and_says_how_to_run_them(
     assert capsys.readouterr().out.splitlines() == [
         *(f"my first/{name}" for name in names),
         "",
-        "simgl render 'my first/scenario.toml' --out 'my first/out'",
+        "simgl render 'my first/scenario.toml' --out 'out/my first'",
         "python 'my first/loop.py'",
     ]
 

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import moderngl
 import pytest
 
 from examples.lighting_study.cases import CASES, Case
@@ -30,9 +31,9 @@ SHRINK = {"bay": 10, "azimuths": 8, "craft_alone": 3}
 
 
 @pytest.fixture(scope="module", params=list(dict.fromkeys(case.file for case in CASES)))
-def simulator(request: pytest.FixtureRequest) -> Iterator[Simulator]:
+def simulator(module_gl: moderngl.Context, request: pytest.FixtureRequest) -> Iterator[Simulator]:
     scenario = smaller(load_scenario(STUDY / f"{request.param}.toml"), SHRINK.get(request.param, 5))
-    with Simulator(scenario) as simulator:
+    with Simulator(scenario, module_gl) as simulator:
         yield simulator
 
 

@@ -40,8 +40,6 @@ def for_pages(pages: list[Path]) -> pytest.MarkDecorator:
 
 
 every_page = for_pages(PAGES)
-# The changelog names files of the past.
-every_page_of_today = for_pages([page for page in PAGES if page.name != "CHANGELOG.md"])
 
 
 def blocks(page: Path) -> Iterator[tuple[str, str]]:
@@ -79,7 +77,7 @@ def test_every_link_leads_somewhere(page: Path) -> None:
             assert anchor in headings(there), f"{target}#{anchor}"
 
 
-@every_page_of_today
+@every_page
 def test_every_file_that_is_named_exists(page: Path) -> None:
     folders = "simgl|bridge|shaders|models|tools|benchmarks|examples|tests|docs"
     named = re.findall(rf"`((?:{folders})/[\w./-]+\.\w+)`", page.read_text())

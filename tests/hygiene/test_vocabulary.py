@@ -49,11 +49,6 @@ INSTEAD = {
 # Keys of scenario files, and names of others, that keep working as they are.
 ALLOWED = {
     "land_picture",
-    "least_contrast",
-    "least_pixels",
-    "least_snr",
-    "most_dark",
-    "most_saturated",
     "night_picture",
     "picture",
     "water_picture",

@@ -209,11 +209,6 @@ def test_importing_simgl_loads_neither_numpy_nor_opengl() -> None:
     assert done.stdout.strip() == "[]"
 
 
-def test_a_renamed_name_says_what_it_is_called_now() -> None:
-    with pytest.raises(AttributeError, match=r"Watch is now simgl_bridge\.PreviewClient"):
-        simgl_bridge.Watch  # noqa: B018
-
-
 def test_help_imports_nothing_that_computes() -> None:
     """It is there at once: completion in a shell starts the same way."""
     slow = ("numpy", "scipy", "trimesh", "moderngl", "matplotlib", "PIL", "erfa", "zmq", "msgspec")

@@ -108,11 +108,11 @@ def earthshine(gl: moderngl.Context, *arguments: Any, **options: Any) -> Array:
 
 
 @contextmanager
-def opened_earthshine(model: Table) -> Iterator[Callable[..., Array]]:
+def opened_earthshine(gl: moderngl.Context, model: Table) -> Iterator[Callable[..., Array]]:
     """``earthshine`` of one model in whatever attitude and sunlight."""
     scenarios = (before(model, Rotation.identity(), UP, 0.0, earth=e) for e in (EARTH, BARE))
     with ExitStack() as stack:
-        with_earth, without = (stack.enter_context(opened(scenario)) for scenario in scenarios)
+        with_earth, without = (stack.enter_context(opened(gl, scenario)) for scenario in scenarios)
         yield partial(_of_earth, with_earth, without, model)
 
 

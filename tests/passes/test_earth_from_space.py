@@ -207,19 +207,21 @@ def looking_up(sun: Array, zenith: float, earth: Any, place: tuple[float, float]
     return scene({}, camera, sun_direction=tuple(R @ sun), earth=earth)
 
 
-def skies(sun_zenith: float, azimuth: float, zenith: float, earth: Any) -> list[Array]:
+def skies(
+    gl: moderngl.Context, sun_zenith: float, azimuth: float, zenith: float, earth: Any
+) -> list[Array]:
     """(3, 3, 4) radiance over twelve places: noise makes cloud thinner or thicker at any one."""
     places = [(SEA[0], SEA[1] + 9.0 * step) for step in range(12)]
     scenarios = [
         looking_up(tilted_sun(place, sun_zenith, azimuth), zenith, earth, place) for place in places
     ]
-    with opened(scenarios[0]) as drawn:
+    with opened(gl, scenarios[0]) as drawn:
         return [drawn(scenario) for scenario in scenarios]
 
 
 @pytest.mark.parametrize("thickness", [5.0, 20.0, 80.0])
 def test_an_overcast_sky_sends_down_what_two_streams_let_through(
-    overcast: str, thickness: float
+    gl: moderngl.Context, overcast: str, thickness: float
 ) -> None:
     """Without air, far from the Sun: pi L / (E cos z) = 1 - R - T, T what passes unscattered.
 
@@ -234,18 +236,18 @@ def test_an_overcast_sky_sends_down_what_two_streams_let_through(
     earth = {"shape": "sphere", "radius_km": RADIUS, "atmosphere": "none", "clouds": clouds}
     # The Sun in the south, 100 deg from the middle pixel, which spans 40 km: of the noise, waves of
     # 64 km are left, which make the layer thinner or thicker by a third at any one place.
-    images = [image[1:2, 1:2] for image in skies(50.0, 180.0, 50.0, earth)]
+    images = [image[1:2, 1:2] for image in skies(gl, 50.0, 180.0, 50.0, earth)]
     # Droplets throw 2 % of the direct light so far aside.
     wanted = 1.0 - reflected - direct
     seen = seen_over_sun(np.concatenate(images), 50.0)
     np.testing.assert_allclose(seen, wanted, rtol=0.12, atol=0.02 * direct)
 
 
-def test_an_overcast_sky_is_grey_and_a_clear_one_blue(overcast: str) -> None:
+def test_an_overcast_sky_is_grey_and_a_clear_one_blue(gl: moderngl.Context, overcast: str) -> None:
     earth = {"shape": "sphere", "radius_km": RADIUS, "atmosphere": "standard"}
 
     def sky(clouds: dict[str, Any]) -> Array:
-        images = skies(60.0, 90.0, 30.0, earth | {"clouds": clouds})
+        images = skies(gl, 60.0, 90.0, 30.0, earth | {"clouds": clouds})
         return seen_over_sun(np.concatenate(images), 60.0)
 
     # The clear sky is blue, the overcast one grey, and brighter.

@@ -40,16 +40,18 @@ WHITE_PLATE = plate(lambert(1.0))
 
 
 @pytest.fixture(scope="module")
-def of_white_plate() -> Iterator[Callable[..., Array]]:
+def of_white_plate(module_gl: moderngl.Context) -> Iterator[Callable[..., Array]]:
     """Earthshine on a white plate: by attitude, direction to the camera, the Sun's zenith angle."""
-    with opened_earthshine(WHITE_PLATE) as drawn:
+    with opened_earthshine(module_gl, WHITE_PLATE) as drawn:
         yield drawn
 
 
 @pytest.fixture(scope="module")
-def of_white_ball() -> Iterator[Callable[..., Array]]:
+def of_white_ball(module_gl: moderngl.Context) -> Iterator[Callable[..., Array]]:
     """The same on a ball."""
-    with opened_earthshine({"sphere": {"radius_m": 2.0, "material": lambert(1.0)}}) as drawn:
+    with opened_earthshine(
+        module_gl, {"sphere": {"radius_m": 2.0, "material": lambert(1.0)}}
+    ) as drawn:
         yield drawn
 
 

@@ -69,7 +69,7 @@ def test_a_texel_of_the_slabs_holds_both_depths_of_its_place(gl: moderngl.Contex
 
 @pytest.mark.parametrize("seed", [0, 2, 3, 5])
 def test_a_search_in_the_slabs_finds_what_one_in_the_depths_finds(
-    seed: int, monkeypatch: pytest.MonkeyPatch
+    gl: moderngl.Context, seed: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scenario = _close_scene(seed)
     assert sun_shadow(scenario, "plate").close is not None
@@ -81,7 +81,7 @@ def test_a_search_in_the_slabs_finds_what_one_in_the_depths_finds(
             ways.append(search)
             look_for_the_rest(self, points, search if way is None else way, rest)  # type: ignore[arg-type]
 
-        with monkeypatch.context() as patch, Simulator(scenario) as simulator:
+        with monkeypatch.context() as patch, Simulator(scenario, gl) as simulator:
             patch.setattr(SunlightPass, "_look_for_the_rest", look)
             state = scenario.at(scenario.epoch_tai_ns)
             frame = simulator.capture(state, "cam", {Product.RADIANCE}).radiance

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from simgl.physics.atmosphere import STANDARD, band_transmittance, optical_depth_to_space
-from simgl.physics.band_air import air_in_bands, gas_transmittance, rayleigh_depth
+from simgl.physics.band_air import air_in_bands, rayleigh_depth
 from simgl.physics.eclipse import sunlit_transmission
 from simgl.physics.spectrum import BANDS, Bands
+from tests.reference.gas_lines import GASES, gas_transmittance
 
 RADIUS = 6371e3
-GASES = "water", "oxygen", "mixed"
 
 
 def _bands(*edges_nm: tuple[float, float]) -> Bands:

@@ -63,10 +63,15 @@ def epochs(scenario: Scenario) -> list[int]:
 
 
 @pytest.fixture(scope="module")
-def file(scenario: Scenario, epochs: list[int], tmp_path_factory: pytest.TempPathFactory) -> Path:
+def file(
+    module_gl: moderngl.Context,
+    scenario: Scenario,
+    epochs: list[int],
+    tmp_path_factory: pytest.TempPathFactory,
+) -> Path:
     path = tmp_path_factory.mktemp("recording") / "run.mcap"
     plan = Recording(scenario=scenario, cameras=("nav", "aft"), epochs=epochs, depth=True)
-    with Simulator(scenario) as simulator:
+    with Simulator(scenario, module_gl) as simulator:
         assert record(plan, simulator, path) == 2 * (2 + 2 * 3)
     return path
 

@@ -86,7 +86,7 @@ def test_relative_places_in_a_circle_are_refused_when_the_file_is_read(tmp_path:
 def test_a_syntax_error_names_its_line(tmp_path: Path) -> None:
     path = written(tmp_path, VALID.replace(SEED, "seed = = 1"))
     line = VALID[: VALID.index(SEED)].count("\n") + 1
-    expected = f"{path}: is not valid TOML: Invalid value (at line {line}, column 8)"
+    expected = f"{path}: is not valid TOML: Invalid value (at line {line}, column 8): seed = = 1"
     assert str(refusal(path)) == expected
 
 

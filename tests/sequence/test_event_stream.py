@@ -12,6 +12,7 @@ from typing import Any
 
 import dv_processing
 import h5py
+import moderngl
 import numpy as np
 import pytest
 
@@ -80,17 +81,17 @@ def scene(velocity: float) -> dict[str, Any]:
     }
 
 
-def watch(scenario: Scenario, milliseconds: int, step_ms: int) -> Events:
+def watch(gl: moderngl.Context, scenario: Scenario, milliseconds: int, step_ms: int) -> Events:
     start = scenario.epoch_tai_ns
     span = EventSpan(camera="dvs", start=start, stop=start + milliseconds * MS, step=step_ms * MS)
-    with Simulator(scenario) as simulator:
+    with Simulator(scenario, gl) as simulator:
         return joined(list(event_stream(simulator, span)))
 
 
 @pytest.fixture(scope="module")
-def edge() -> Events:
+def edge(module_gl: moderngl.Context) -> Events:
     """Of 0.3 s, in which the edges move by 6 pixels, in sub-frames of 0.1 pixel."""
-    return watch(scenario_from_dict(scene(SPEED)), 300, 5)
+    return watch(module_gl, scenario_from_dict(scene(SPEED)), 300, 5)
 
 
 def seconds(events: Events, x: int, on: bool) -> np.ndarray[Any, Any]:
@@ -135,8 +136,10 @@ def test_stamps_lie_on_the_edges_line(edge: Events, columns: range, on: bool) ->
         np.testing.assert_allclose(seconds(edge, x, on).mean(axis=0), expected, atol=5e-3 + 5e-4)
 
 
-def test_half_the_step_changes_stamps_by_less_than_a_step(edge: Events) -> None:
-    coarse = watch(scenario_from_dict(scene(SPEED)), 300, 10)
+def test_half_the_step_changes_stamps_by_less_than_a_step(
+    gl: moderngl.Context, edge: Events
+) -> None:
+    coarse = watch(gl, scenario_from_dict(scene(SPEED)), 300, 10)
     for columns, on in ((LEADING, True), (TRAILING, False)):
         for x in columns:
             difference = seconds(coarse, x, on) - seconds(edge, x, on)
@@ -144,9 +147,11 @@ def test_half_the_step_changes_stamps_by_less_than_a_step(edge: Events) -> None:
             assert np.abs(difference).max() < 0.010
 
 
-def test_a_step_is_divided_where_the_image_moves_by_more_than_half_a_pixel() -> None:
+def test_a_step_is_divided_where_the_image_moves_by_more_than_half_a_pixel(
+    gl: moderngl.Context,
+) -> None:
     """At one step of 300 ms, or 6 pixels, all events are there all the same."""
-    events = watch(scenario_from_dict(scene(SPEED)), 300, 300)
+    events = watch(gl, scenario_from_dict(scene(SPEED)), 300, 300)
     for columns, on in ((LEADING, True), (TRAILING, False)):
         for x in columns:
             assert seconds(events, x, on).shape == (8, COUNT)
@@ -166,26 +171,28 @@ def passing(speed: float, aside: float, milliseconds: int) -> Scenario:
     return scenario_from_dict(table)
 
 
-def number_of_sub_frames(scenario: Scenario, milliseconds: int, step_ms: int) -> int:
+def number_of_sub_frames(
+    gl: moderngl.Context, scenario: Scenario, milliseconds: int, step_ms: int
+) -> int:
     start = scenario.epoch_tai_ns
     span = EventSpan(camera="dvs", start=start, stop=start + milliseconds * MS, step=step_ms * MS)
-    with Simulator(scenario) as simulator:
+    with Simulator(scenario, gl) as simulator:
         return len(list(event_stream(simulator, span)))
 
 
-def test_what_passes_beside_the_view_takes_no_more_sub_frames() -> None:
+def test_what_passes_beside_the_view_takes_no_more_sub_frames(gl: moderngl.Context) -> None:
     """It goes 40 mm, or 21 px at its distance, a step, 1 m from a view of 3 cm there."""
-    assert number_of_sub_frames(passing(8.0, 1.0, 50), 50, 5) == 10
+    assert number_of_sub_frames(gl, passing(8.0, 1.0, 50), 50, 5) == 10
 
 
-def test_the_number_of_sub_frames_has_a_bound() -> None:
+def test_the_number_of_sub_frames_has_a_bound(gl: moderngl.Context) -> None:
     """It goes 5,000 px a step through the view."""
-    count = number_of_sub_frames(passing(2000.0, -5.0, 10), 10, 5)
+    count = number_of_sub_frames(gl, passing(2000.0, -5.0, 10), 10, 5)
     assert 20 < count <= 2 * MAX_PARTS
 
 
-def test_a_still_scene_has_no_events_without_noise() -> None:
-    assert not len(watch(scenario_from_dict(scene(0.0)), 1000, 200))
+def test_a_still_scene_has_no_events_without_noise(gl: moderngl.Context) -> None:
+    assert not len(watch(gl, scenario_from_dict(scene(0.0)), 1000, 200))
 
 
 def source(scenario: Scenario) -> EventSource:
@@ -256,11 +263,11 @@ def test_a_file_without_events_is_complete(ending: str, tmp_path: Path) -> None:
     assert [p.name for p in tmp_path.iterdir()] == [path.name]
 
 
-def test_a_camera_without_an_event_sensor_is_refused() -> None:
+def test_a_camera_without_an_event_sensor_is_refused(gl: moderngl.Context) -> None:
     scenario = scenario_from_dict(scene(0.0))
     cameras = {"dvs": replace(scenario.cameras["dvs"], event_sensor=None)}
     with pytest.raises(ConfigError, match=r"\[camera.dvs\]: event_sensor is missing"):
-        watch(replace(scenario, cameras=cameras), 10, 10)
+        watch(gl, replace(scenario, cameras=cameras), 10, 10)
 
 
 SCENE_TOML = """\

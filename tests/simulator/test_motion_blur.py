@@ -268,8 +268,8 @@ def over_the_earth(**camera: object) -> Scenario:
 
 
 @pytest.fixture(scope="module")
-def above() -> Iterator[Simulator]:
-    with Simulator(over_the_earth()) as simulator:
+def above(module_gl: moderngl.Context) -> Iterator[Simulator]:
+    with Simulator(over_the_earth(), module_gl) as simulator:
         yield simulator
 
 

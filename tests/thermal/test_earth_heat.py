@@ -82,9 +82,9 @@ def test_no_sunlight_comes_from_an_earth_that_is_dark(gl: moderngl.Context) -> N
 
 
 @pytest.fixture(scope="module")
-def clouded() -> Iterator[Simulator]:
+def clouded(module_gl: moderngl.Context) -> Iterator[Simulator]:
     """Over the usual clouds."""
-    with Simulator(over(SUN_X, SUN_X, AIRLESS)) as simulator:
+    with Simulator(over(SUN_X, SUN_X, AIRLESS), module_gl) as simulator:
         yield simulator
 
 

@@ -47,9 +47,9 @@ def over_a_sphere(
 
 
 @pytest.fixture(scope="module")
-def skies(noon: Scenario) -> Iterator[Skies]:
+def skies(module_gl: moderngl.Context, noon: Scenario) -> Iterator[Skies]:
     """What the box has around it."""
-    with Simulator(noon) as simulator:
+    with Simulator(noon, module_gl) as simulator:
         yield simulator.skies
 
 

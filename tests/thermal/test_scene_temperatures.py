@@ -54,9 +54,9 @@ def scenario() -> Scenario:
 
 
 @pytest.fixture(scope="module")
-def skies(scenario: Scenario) -> Iterator[Skies]:
+def skies(module_gl: moderngl.Context, scenario: Scenario) -> Iterator[Skies]:
     """What the plate has around it."""
-    with Simulator(scenario) as simulator:
+    with Simulator(scenario, module_gl) as simulator:
         yield simulator.skies
 
 

@@ -141,7 +141,7 @@ def test_two_processes_leave_pictures_plot_table_and_summary(tmp_path: Path) -> 
     assert [run["seed"] for run in many["runs"]] == [4, 5]
     assert "Looking for Space Rider's wing tips" in done.stdout
     last = done.stdout.splitlines()[-1]
-    assert last.startswith("0 of 2 flights DOCKED")
+    assert last.startswith("0 of 2 flights met all criteria: DOCKED")
     assert "docking.html" in last
     assert "monte_carlo.html" in last
 
