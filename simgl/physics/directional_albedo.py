@@ -1,5 +1,4 @@
-"""Directional albedo of the GGX lobe, and where the light of a lobe comes from, by quadrature: the
-look-up table of the shaders."""
+"""Albedo of the GGX lobe and where its light comes from: the look-up table of the shaders."""
 
 from __future__ import annotations
 
