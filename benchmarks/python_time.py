@@ -69,8 +69,8 @@ def main_thread_ms(name: str) -> float:
 
 if __name__ == "__main__":
     nothing_bright = patch.object(ComputeSpreadPass, "_bright_area", lambda _: None)
-    written_whole = patch.object(VertexSums, "_reserved", _of_size)
+    exact_sizes = patch.object(VertexSums, "_reserved", _of_size)
     counted = patch.object(GBufferPass, "_page_counts", _page_counts)
-    with nothing_bright, written_whole, counted:
+    with nothing_bright, exact_sizes, counted:
         for one in _SCENES:
             print(f"{one} {main_thread_ms(one):.1f} ms", flush=True)
