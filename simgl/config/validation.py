@@ -21,6 +21,7 @@ from simgl.input_files import MAX_TEXT_BYTES, read_file
 T = TypeVar("T", bound=msgspec.Struct)
 
 _PATH = re.compile(r"^(.*?)(?: - at `\$(.*)`)?$", re.DOTALL)
+_BOUND = re.compile(r"(a number|a whole number) ([<>]=? .*)")
 _STEP = re.compile(r"\.(\w+)|\[(\d+|\.\.\.)\]")
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 _HOLDERS = (
@@ -220,6 +221,9 @@ def _explain(error: msgspec.ValidationError, data: Any, table: type[T], where: s
     if "..." in steps:
         # msgspec does not say which entry of the file is wrong.
         return ConfigError(where, key.partition("[...]")[0], f"must hold {wanted} in every entry")
+    if bound := _BOUND.match(wanted):
+        # msgspec names the one that is crossed.
+        wanted = f"{bound[1]} {_range(_reached(table, steps)) or bound[2]}"
     value = data
     for step in steps:
         value = value[int(step)] if isinstance(value, list) else value[step]
@@ -229,6 +233,18 @@ def _explain(error: msgspec.ValidationError, data: Any, table: type[T], where: s
 def _alternatives(types: str) -> str:
     words = [_WORDS.get(t, t) for t in types.split(" | ") if t != "null"]
     return " or ".join(words)
+
+
+def _range(node: inspect.Type) -> str:
+    """The bounds of a number, such as ">= 0.0, <= 180.0"; none of a type that is no number."""
+    options = node.types if isinstance(node, inspect.UnionType) else (node,)
+    for one in options:
+        if isinstance(one, inspect.IntType | inspect.FloatType):
+            bounds = {">": one.gt, ">=": one.ge, "<": one.lt, "<=": one.le}
+            return ", ".join(
+                f"{sign} {limit}" for sign, limit in bounds.items() if limit is not None
+            )
+    return ""
 
 
 def _literals(node: inspect.Type) -> str:

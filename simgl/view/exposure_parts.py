@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import partial
 from itertools import pairwise
 from math import ceil
 
@@ -278,18 +279,13 @@ def moving_scene(
     """
     camera = state.cameras[name].camera
 
-    def seen_by(drawn: Camera) -> Callable[[float], SceneState]:
-        def at(offset: float) -> SceneState:
-            moved = during(state.tai_ns + round(offset * 1e9))
-            # The exposure time may have been chosen for this image alone.
-            placed = replace(moved.cameras[name], camera=drawn)
-            return replace(moved, cameras={**moved.cameras, name: placed})
-
-        return at
+    def at(offset: float, drawn: Camera = camera) -> SceneState:
+        # The exposure time may have been chosen for this image alone.
+        return _seen_by(during(state.tai_ns + round(offset * 1e9)), name, drawn)
 
     half = 0.5 * duration(camera)
     # On either side of the middle: a motion that turns back shows none from end to end.
-    ends = seen_by(camera)(-half), seen_by(camera)(half)
+    ends = at(-half), at(half)
     behind = sum(background_motion(state, end, name) for end in ends)
     lean_behind, blur_behind = lean_and_blur(camera, behind)
     moves_behind = lean_behind > LEAN or blur_behind > BLUR
@@ -303,8 +299,7 @@ def moving_scene(
     laid_count = 1
     if blurs:
         # Of more than half a turn the ends tell no more.
-        between = seen_by(camera)(-0.5 * half), seen_by(camera)(0.5 * half)
-        times = ends[0], between[0], state, between[1], ends[1]
+        times = ends[0], at(-0.5 * half), state, at(0.5 * half), ends[1]
         apart = depth_layers(times, name, exposed)
         split = tuple(
             (names, *snapshot_count(times, name, exposed, blur, rows=lean > LEAN, names=names))
@@ -322,29 +317,16 @@ def moving_scene(
             ways = np.maximum(ways, _ways_behind(ends, name))
         around = _with_margin(camera, np.minimum(ways, max(blur, behind)))
     drawn = around if blurs else camera
-    rows: tuple[RowClock, ...] = ()
-    if lean > LEAN:
-        seen = read_out(camera) / duration(camera)
-        turns = seen * sum(
-            max(
-                turn_of_bodies(state, end) / LARGEST_TURN_IN_ROWS,
-                turn_of_joints(state, end) / LARGEST_TURN,
-                turn_of_camera(state, end, name) / LARGEST_TURN_OF_CAMERA,
-            )
-            for end in ends
-        )
-        states = tuple(_seen_by(one, name, drawn) for one in (state, *ends))
-        rows = _rows(drawn, _rows_used(states, name), turns, lean)
     one = MovingScene(
         camera=camera,
         drawn=drawn,
         drawn_behind=around,
-        at=seen_by(drawn),
+        at=partial(at, drawn=drawn),
         count=max(count for _, count, _ in split),
         light_parts=split[0][2],
         blurs=blurs,
         behind_count=count_behind((ends[0], state, ends[1]), name, behind) * moves_behind,
-        rows=rows,
+        rows=_row_clocks(state, ends, name, drawn, lean) if lean > LEAN else (),
         turned=turned,
     )
     if len(split) == 1:
@@ -354,6 +336,27 @@ def moving_scene(
         for names, count, light_parts in split
     )
     return replace(one, layers=layers, laid_count=laid_count)
+
+
+def _row_clocks(
+    state: SceneState, ends: tuple[SceneState, SceneState], name: str, drawn: Camera, lean: float
+) -> tuple[RowClock, ...]:
+    """The rows that are drawn together, of a rolling shutter whose rows see a scene move by lean.
+
+    ends : the scene at the start and the end of the exposure
+    """
+    camera = state.cameras[name].camera
+    turns = sum(
+        max(
+            turn_of_bodies(state, end) / LARGEST_TURN_IN_ROWS,
+            turn_of_joints(state, end) / LARGEST_TURN,
+            turn_of_camera(state, end, name) / LARGEST_TURN_OF_CAMERA,
+        )
+        for end in ends
+    )
+    states = tuple(_seen_by(one, name, drawn) for one in (state, *ends))
+    turns *= read_out(camera) / duration(camera)
+    return _rows(drawn, _rows_used(states, name), turns, lean)
 
 
 def _seen_by(state: SceneState, name: str, camera: Camera) -> SceneState:

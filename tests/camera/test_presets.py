@@ -27,7 +27,11 @@ def test_every_shipped_preset_is_whole(name: str) -> None:
     [
         ("value = [0.45, ", "value = [", "qe.value needs one number for each qe.wavelength_nm"),
         ("[400, 450,", "[450, 400,", "qe.wavelength_nm must increase, over two points or more"),
-        ("value = [0.45, ", "value = [1.45, ", "qe.value[0] must be a number <= 1.0, got 1.45"),
+        (
+            "value = [0.45, ",
+            "value = [1.45, ",
+            "qe.value[0] must be a number >= 0.0, <= 1.0, got 1.45",
+        ),
         ("[qe]", '[qe]\ncsv = "a.csv"', "qe needs exactly one of value, csv; got value and csv"),
         (
             "value = [0.45, ",

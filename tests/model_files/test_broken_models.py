@@ -61,7 +61,7 @@ PRIMITIVE = ("meshes", 0, "primitives", 0)
         (_put(*PRIMITIVE, "mode", value=1), "holds no mesh of triangles"),
         (
             _put(*PRIMITIVE, "mode", value=7),
-            "meshes[0].primitives[0].mode must be a whole number <= 6, got 7",
+            "meshes[0].primitives[0].mode must be a whole number >= 0, <= 6, got 7",
         ),
         (_put(*PRIMITIVE, "material", value=0), "names material 0, but holds only 0"),
         (

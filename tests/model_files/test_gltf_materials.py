@@ -396,7 +396,7 @@ def test_a_broken_image_or_material_is_refused_in_one_line(
         ),
         (
             {"extensions": {"KHR_materials_clearcoat": {"clearcoatFactor": 2}}},
-            "KHR_materials_clearcoat: clearcoatFactor must be a number <= 1.0, got 2",
+            "KHR_materials_clearcoat: clearcoatFactor must be a number >= 0.0, <= 1.0, got 2",
         ),
         ({"extras": {"nir_emission": "x"}}, 'extras: nir_emission must be a number, got "x"'),
         (

@@ -80,8 +80,11 @@ def test_weather_has_a_cover_and_a_seed(tmp_path: Path) -> None:
             "[earth.clouds]\noptical_thickness = 5.0",
             "[earth.clouds]: optical_thickness requires picture, which is missing",
         ),
-        ("[earth.clouds]\ncover = 1.5", "[earth]: clouds.cover must be a number <= 1.0, got 1.5"),
-        ("wind_m_s = -1.0", "[earth]: wind_m_s must be a number >= 0.0, got -1.0"),
+        (
+            "[earth.clouds]\ncover = 1.5",
+            "[earth]: clouds.cover must be a number >= 0.0, <= 1.0, got 1.5",
+        ),
+        ("wind_m_s = -1.0", "[earth]: wind_m_s must be a number >= 0.0, <= 40.0, got -1.0"),
         (
             "albedo = 0.3\nwind_m_s = 5.0",
             "[earth]: wind_m_s requires an Earth with maps, got albedo",

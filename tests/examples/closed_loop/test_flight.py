@@ -116,7 +116,7 @@ def demo(*arguments: str) -> subprocess.CompletedProcess[str]:
 
 
 def test_two_processes_leave_pictures_plot_table_and_summary(tmp_path: Path) -> None:
-    done = demo("--out", str(tmp_path), "--frames", "4", "--seed", "4", "--runs", "2", "--film")
+    done = demo("--out", str(tmp_path), "--frames", "3", "--seed", "4", "--runs", "2", "--film")
     assert done.returncode == 0, done.stderr
     names = {path.name for path in tmp_path.iterdir()}
     assert names == {
@@ -131,12 +131,12 @@ def test_two_processes_leave_pictures_plot_table_and_summary(tmp_path: Path) -> 
         "monte_carlo.png",
     }
     with Image.open(tmp_path / "docking.webp") as film:
-        assert getattr(film, "n_frames", 1) == 4
+        assert getattr(film, "n_frames", 1) == 3
     summary = json.loads((tmp_path / "docking_summary.json").read_text())
-    assert summary["frames"] == 4
+    assert summary["frames"] == 3
     assert summary["frames_per_second"] > 0.0
     assert not summary["arrived"]
-    assert len((tmp_path / "docking.csv").read_text().splitlines()) == 5
+    assert len((tmp_path / "docking.csv").read_text().splitlines()) == 4
     many = json.loads((tmp_path / "monte_carlo.json").read_text())
     assert [run["seed"] for run in many["runs"]] == [4, 5]
     assert "Looking for Space Rider's wing tips" in done.stdout

@@ -63,31 +63,31 @@ DAMAGES = (
         "exposure of a day",
         LOOK,
         f"{LOOK}\nexposure_time_s = 86400",
-        " [camera.nav]: exposure_time_s must be a number <= 3600.0, got 86400",
+        " [camera.nav]: exposure_time_s must be a number > 0.0, <= 3600.0, got 86400",
     ),
     Damage(
         "negative exposure",
         LOOK,
         f"{LOOK}\nexposure_time_s = -0.001",
-        " [camera.nav]: exposure_time_s must be a number > 0.0, got -0.001",
+        " [camera.nav]: exposure_time_s must be a number > 0.0, <= 3600.0, got -0.001",
     ),
     Damage(
         "no pixels",
         LOOK,
         f"{LOOK}\nwidth_px = 0",
-        " [camera.nav]: width_px must be a whole number >= 1, got 0",
+        " [camera.nav]: width_px must be a whole number >= 1, <= 16384, got 0",
     ),
     Damage(
         "too many pixels",
         LOOK,
         f"{LOOK}\nheight_px = 16385",
-        " [camera.nav]: height_px must be a whole number <= 16384, got 16385",
+        " [camera.nav]: height_px must be a whole number >= 1, <= 16384, got 16385",
     ),
     Damage(
         "too many bits",
         LOOK,
         f"{LOOK}\nbits = 20",
-        " [camera.nav]: bits must be a whole number <= 16, got 20",
+        " [camera.nav]: bits must be a whole number >= 8, <= 16, got 20",
     ),
     Damage(
         "pedestal above full scale",
@@ -190,7 +190,7 @@ DAMAGES = (
         "laser that no band holds",
         LOOK,
         f"{LOOK}\nlidar.wavelength_nm = 1550.0",
-        " [camera.nav]: lidar.wavelength_nm must be a number <= 1000.0, got 1550.0",
+        " [camera.nav]: lidar.wavelength_nm must be a number >= 400.0, <= 1000.0, got 1550.0",
     ),
     Damage(
         "rolling shutter without its row time",
@@ -238,13 +238,13 @@ DAMAGES = (
         "share above one",
         LOOK,
         f"{LOOK}\nhot_pixels = 2.0",
-        " [camera.nav]: hot_pixels must be a number <= 1.0, got 2.0",
+        " [camera.nav]: hot_pixels must be a number >= 0.0, <= 1.0, got 2.0",
     ),
     Damage(
         "detector at room temperature in Celsius",
         LOOK,
         f"{LOOK}\ntemperature_k = 20.0",
-        " [camera.nav]: temperature_k must be a number >= 100.0, got 20.0",
+        " [camera.nav]: temperature_k must be a number >= 100.0, <= 400.0, got 20.0",
     ),
     Damage(
         "particles without a flux",
@@ -256,7 +256,7 @@ DAMAGES = (
         "serial number that is negative",
         LOOK,
         f"{LOOK}\nserial = -1",
-        " [camera.nav]: serial must be a whole number >= 0, got -1",
+        " [camera.nav]: serial must be a whole number >= 0, <= 4294967295, got -1",
     ),
     Damage(
         "negative transmission",
@@ -268,6 +268,6 @@ DAMAGES = (
         "elevation at the pole",
         f"{PINHOLE}\n{LOOK}",
         'about = { target = "plate", azimuth_deg = 0.0, elevation_deg = 90.0, range_m = 5.0 }',
-        " [camera.nav]: about.elevation_deg must be a number <= 89.9, got 90.0",
+        " [camera.nav]: about.elevation_deg must be a number >= -89.9, <= 89.9, got 90.0",
     ),
 )

@@ -135,19 +135,22 @@ DAMAGES = (
         " [render]: seed must lie within +-1e+18, got 1.00000e+30",
     ),
     Damage(
-        "negative seed", SEED, "seed = -1", " [render]: seed must be a whole number >= 0, got -1"
+        "negative seed",
+        SEED,
+        "seed = -1",
+        " [render]: seed must be a whole number >= 0, <= 4294967295, got -1",
     ),
     Damage(
         "seed of 33 bits",
         SEED,
         "seed = 4294967296",
-        " [render]: seed must be a whole number <= 4294967295, got 4294967296",
+        " [render]: seed must be a whole number >= 0, <= 4294967295, got 4294967296",
     ),
     Damage(
         "too few samples",
         SEED,
         "samples_per_pixel = 4",
-        " [render]: samples_per_pixel must be a whole number >= 5, got 4",
+        " [render]: samples_per_pixel must be a whole number >= 5, <= 256, got 4",
     ),
     Damage(
         "whole number beyond a float",

@@ -28,7 +28,7 @@ DAMAGES = (
         "cold Sun",
         SUNWARD,
         "temperature_k = 300.0",
-        " [sun]: temperature_k must be a number >= 1000.0, got 300.0",
+        " [sun]: temperature_k must be a number >= 1000.0, <= 50000.0, got 300.0",
     ),
     Damage(
         "negative sunlight",
@@ -40,7 +40,7 @@ DAMAGES = (
         "huge Sun",
         SUNWARD,
         "angular_diameter_deg = 11.0",
-        " [sun]: angular_diameter_deg must be a number <= 10.0, got 11.0",
+        " [sun]: angular_diameter_deg must be a number > 0.0, <= 10.0, got 11.0",
     ),
     Damage(
         "unknown shape",
@@ -177,7 +177,7 @@ DAMAGES = (
         "stars fainter than the catalogue",
         RENDER,
         f"[sky]\nfaintest_star_mag = 9.0\n{RENDER}",
-        " [sky]: faintest_star_mag must be a number <= 7.5, got 9.0",
+        " [sky]: faintest_star_mag must be a number >= -2.0, <= 7.5, got 9.0",
     ),
     Damage(
         "faintest star without stars",

@@ -120,13 +120,15 @@ DAMAGES = (
         "more than a whole coat",
         "reflectance = 0.5",
         "reflectance = 0.5, coat = { strength = 1.1 }",
-        " [spacecraft.plate]: model.plate.material.coat.strength must be a number <= 1.0, got 1.1",
+        " [spacecraft.plate]: model.plate.material.coat.strength must be a number "
+        ">= 0.0, <= 1.0, got 1.1",
     ),
     Damage(
         "coat too smooth",
         "reflectance = 0.5",
         "reflectance = 0.5, coat = { roughness = 0.0 }",
-        " [spacecraft.plate]: model.plate.material.coat.roughness must be a number >= 0.01, "
+        " [spacecraft.plate]: model.plate.material.coat.roughness must be a number "
+        ">= 0.01, <= 1.0, "
         "got 0.0",
     ),
     Damage(
@@ -147,7 +149,7 @@ DAMAGES = (
         "reflectance = 0.5",
         "reflectance = 0.5, thermal = { solar_absorptance = 1.2, infrared_emissivity = 0.9 }",
         " [spacecraft.plate]: model.plate.material.thermal.solar_absorptance must be a number "
-        "<= 1.0, got 1.2",
+        ">= 0.0, <= 1.0, got 1.2",
     ),
     Damage(
         "thermal properties without emissivity",
@@ -159,7 +161,8 @@ DAMAGES = (
         "facets too steep",
         "reflectance = 0.5",
         "reflectance = 0.5, crinkle = { facet_size_m = 0.02, slope = 2.0 }",
-        " [spacecraft.plate]: model.plate.material.crinkle.slope must be a number <= 1.0, got 2.0",
+        " [spacecraft.plate]: model.plate.material.crinkle.slope must be a number "
+        ">= 0.0, <= 1.0, got 2.0",
     ),
     Damage(
         "cells without height",
@@ -185,13 +188,15 @@ DAMAGES = (
         "mirror too smooth",
         "reflectance = 0.5",
         "reflectance = 0.5, roughness = 0.001",
-        " [spacecraft.plate]: model.plate.material.roughness must be a number >= 0.01, got 0.001",
+        " [spacecraft.plate]: model.plate.material.roughness must be a number "
+        ">= 0.01, <= 1.0, got 0.001",
     ),
     Damage(
         "more than metal",
         "reflectance = 0.5",
         "reflectance = 0.5, metallic = 1.5",
-        " [spacecraft.plate]: model.plate.material.metallic must be a number <= 1.0, got 1.5",
+        " [spacecraft.plate]: model.plate.material.metallic must be a number "
+        ">= 0.0, <= 1.0, got 1.5",
     ),
     Damage("no model", f"{PLATE}\n", "", " [spacecraft.plate]: model is missing"),
     Damage(

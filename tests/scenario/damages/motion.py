@@ -9,13 +9,13 @@ DAMAGES = (
         "open orbit",
         ORBIT,
         "orbit = { semi_major_axis_km = 7000.0, eccentricity = 1.0 }",
-        " [spacecraft.chaser]: orbit.eccentricity must be a number < 1.0, got 1.0",
+        " [spacecraft.chaser]: orbit.eccentricity must be a number >= 0.0, < 1.0, got 1.0",
     ),
     Damage(
         "inclination above 180",
         ORBIT,
         "orbit = { altitude_km = 400.0, inclination_deg = 200.0 }",
-        " [spacecraft.chaser]: orbit.inclination_deg must be a number <= 180.0, got 200.0",
+        " [spacecraft.chaser]: orbit.inclination_deg must be a number >= 0.0, <= 180.0, got 200.0",
     ),
     Damage(
         "two places",
@@ -87,13 +87,13 @@ DAMAGES = (
         "altitude in metres",
         ORBIT,
         "orbit = { altitude_km = 400e3 }",
-        " [spacecraft.chaser]: orbit.altitude_km must be a number <= 100000.0, got 400000.0",
+        " [spacecraft.chaser]: orbit.altitude_km must be a number > 0.0, <= 100000.0, got 400000.0",
     ),
     Damage(
         "semi-major axis in metres",
         ORBIT,
         "orbit = { semi_major_axis_km = 6778e3 }",
-        " [spacecraft.chaser]: orbit.semi_major_axis_km must be a number <= 1000000.0, got "
+        " [spacecraft.chaser]: orbit.semi_major_axis_km must be a number > 0.0, <= 1000000.0, got "
         "6778000.0",
     ),
     Damage(

@@ -89,7 +89,7 @@ DAMAGES = (
         "a limb under the ground",
         LOOK,
         "limb = { tangent_height_km = -1.0 }",
-        " [camera.nav]: limb.tangent_height_km must be a number >= 0.0, got -1.0",
+        " [camera.nav]: limb.tangent_height_km must be a number >= 0.0, <= 10000.0, got -1.0",
     ),
     Damage(
         "axes that a fixed place has not",
@@ -107,7 +107,7 @@ DAMAGES = (
         "keeping all around from the Sun",
         LOOK,
         f"{LOOK}\nkeep_from_sun_deg = 180.0",
-        " [camera.nav]: keep_from_sun_deg must be a number < 180.0, got 180.0",
+        " [camera.nav]: keep_from_sun_deg must be a number > 0.0, < 180.0, got 180.0",
     ),
     Damage(
         "about and keeping from the Sun",
