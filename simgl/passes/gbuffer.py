@@ -90,7 +90,7 @@ class GBufferPass:
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore, blocks: ViewBlocks) -> None:
         self._ctx, self._meshes, self._blocks = ctx, meshes, blocks
-        self._grouping: dict[tuple[int, int, tuple[str, ...]], PointScreen] = {}
+        self._grouping: dict[tuple[int, int], PointScreen] = {}
         first = {"cell_groups": CELL_GROUPS["cell_groups"]}
         self._counting = screen(ctx, ScreenShader("gbuffer/pages", 0.0, [TILE], first))
         paged = CELL_GROUPS | PAGE_ENTRIES
@@ -131,12 +131,9 @@ class GBufferPass:
         few, many = self._groups.covering(cells)
         self._blocks.bind_tile(tile)
         _bind_seen(visibility)
-        telling = ("TELL_TRIANGLES",) * (even is not None)
         target = few if tile.cells.reach < _REACH_OF_FEW else many
         fours = len(target.color_attachments)
-        self._grouping_for(tile.cells.texels, fours, telling).draw(
-            self.colour_only, target, (0, 0, *cells)
-        )
+        self._grouping_for(tile.cells.texels, fours).draw(self.colour_only, target, (0, 0, *cells))
         groups = textures_of(many)
         of_block = self._page_counts(groups[0], blocks)
         squares = self._even_squares(tile, of_block, spacecraft[0], even, lit)
@@ -304,12 +301,11 @@ class GBufferPass:
             )
         return self._marks[variant]
 
-    def _grouping_for(self, texels: int, fours: int, telling: tuple[str, ...]) -> PointScreen:
-        variant = texels, fours, telling
+    def _grouping_for(self, texels: int, fours: int) -> PointScreen:
+        variant = texels, fours
         if variant not in self._grouping:
-            seen = SEEN if telling else _SURFACES
-            defines = {"CELL_TEXELS": texels, "FOURS": fours} | dict.fromkeys(telling, 1)
-            shader = ScreenShader("gbuffer/groups", 0.0, [TILE], seen, defines)
+            defines = {"CELL_TEXELS": texels, "FOURS": fours}
+            shader = ScreenShader("gbuffer/groups", 0.0, [TILE], _SURFACES, defines)
             self._grouping[variant] = screen(self._ctx, shader)
         return self._grouping[variant]
 
