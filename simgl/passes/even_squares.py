@@ -56,7 +56,7 @@ def with_shares(kinds: AnyArray, shares: Array32) -> EvenSquares:
         is not linear between these
     """
     asked = kinds == PARTLY_LIT
-    lowest, highest = _ends(shares.transpose(1, 2, 0))
+    lowest, highest = _ends(list(shares.transpose(1, 2, 0)))
     darkest, brightest = lowest.min(axis=0), highest.max(axis=0)
     linear = (darkest >= 0.0) & ((highest - lowest).max(axis=0) < _MAX_CHANGE)
     dark, lit = (darkest == 0.0) & (brightest == 0.0), (darkest == 1.0) & (brightest == 1.0)
