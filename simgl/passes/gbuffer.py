@@ -70,8 +70,8 @@ _GRIDS = {"light_grids": 4, "grid_light": 5, "grid_rows": 6}
 _CELLS_UNIT = 17
 # Of the bytes of blocks, for squares, which have no points.
 _BLOCKS_UNIT = 16
-_POINTS = SEEN | POINT_GROUPS | PAGE_ENTRIES
-_SURFACES = {"seen_surfaces": SEEN["seen_surfaces"]}
+_OF_POINTS = POINT_GROUPS | PAGE_ENTRIES
+_TRIANGLES, _SURFACES = ({name: unit} for name, unit in SEEN.items())
 
 
 class GBufferPass:
@@ -290,13 +290,13 @@ class GBufferPass:
         layered = "LAYERED" in variant
         variant = ("LAYERED",) * layered
         if variant not in self._marks:
-            of_points = _POINTS if layered else _SURFACES | POINT_GROUPS | PAGE_ENTRIES
+            seen = SEEN if layered else _SURFACES
             self._marks[variant] = point_shader(
                 self._ctx,
                 "gbuffer/marks",
                 MARKED,
                 [TILE, SPACECRAFT] + [MATERIALS] * layered,
-                of_points | ({"triangle_corners": _CORNERS_UNIT} if layered else {}),
+                seen | _OF_POINTS | ({"triangle_corners": _CORNERS_UNIT} if layered else {}),
                 dict.fromkeys(variant, 1),
             )
         return self._marks[variant]
@@ -317,11 +317,9 @@ class GBufferPass:
                 "triangle_corners": _CORNERS_UNIT,
                 "mesh_vertices": _VERTICES_UNIT,
             }
-            samplers |= SEEN
-            if "OF_SQUARES" in variant:
-                samplers |= {"blocks": _BLOCKS_UNIT}
-            else:
-                samplers |= _POINTS
+            samplers |= {"blocks": _BLOCKS_UNIT} if "OF_SQUARES" in variant else _OF_POINTS
+            # Edges of a triangle are the same from both sides.
+            samplers |= _TRIANGLES if "EDGES" in variant else SEEN
             if detailed:
                 samplers |= IMAGE_UNITS
             if lit:
