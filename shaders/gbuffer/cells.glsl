@@ -8,10 +8,9 @@
 const int STRIDE = 5;   // texels along the edge of the largest window
 const int TEXELS = STRIDE * STRIDE;   // the bits above tell of the cell
 const uint BARE = 1u << 30u;   // with the second group: a sample of the cell sees nothing
-const uint ONE_TRIANGLE = 1u << 31u;  // with it, too: all texels of the window see one triangle
-const uint ONE_SURFACE = 1u << 29u;   // or one smooth surface
+const uint ONE_SURFACE = 1u << 29u;   // with it, too: all texels of the window see one smooth surface
 // With the number of pages of a block (gbuffer/pages.frag): the same of all its cells, or any.
-const uint BLOCK_ONE_SURFACE = 32u, BLOCK_ONE_TRIANGLE = 64u, BLOCK_BARE = 128u;
+const uint BLOCK_ONE_SURFACE = 32u, BLOCK_BARE = 128u;
 
 // From the texel alone, so that neighbouring cells agree on whose sample it is.
 ivec2 cell_of(ivec2 texel) {
@@ -72,7 +71,7 @@ uniform usampler2D cell_groups, second_groups, third_groups, fourth_groups;
 
 // How many groups a cell has, by its first four.
 int count_of(uvec4 groups) {
-    return int((groups.y & ~(BARE | ONE_TRIANGLE | ONE_SURFACE)) >> TEXELS);
+    return int((groups.y & ~(BARE | ONE_SURFACE)) >> TEXELS);
 }
 
 // The groups of four layers of a cell, from a multiple of four on.

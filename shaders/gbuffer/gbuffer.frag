@@ -297,6 +297,18 @@ bool is_nearly_linear(Seen seen, vec3 n, vec2 middle, vec4 light, float earth_sh
     return flat_square && linear;
 }
 
+// Whether a square, and a texel around it, shows one triangle: as its corners do, for triangles are convex.
+bool is_of_one_triangle(uint triangle, vec2 middle) {
+    ivec2 last = textureSize(seen_triangles, 0) - 1;
+    float corner = 0.5 + 1.0 / (float(EDGE) * length(raster_from_cell.xy));
+    bool one = true;
+    for (int k = 0; k < 4; ++k) {
+        ivec2 texel = ivec2(place_in_square(middle, corner * (2.0 * vec2(k & 1, k >> 1) - 1.0)));
+        one = one && read_texel(seen_triangles, clamp(texel, ivec2(0), last)).r == triangle + 1u;
+    }
+    return one;
+}
+
 // Whether all light is smooth over a square, of whose middle the light is known.
 //
 // n, sight : there; turn : of the normals over the square, by those of its triangle
@@ -305,11 +317,12 @@ bool is_even(Seen seen, vec3 n, vec3 sight, float turn, vec2 middle) {
     ivec2 first = BLOCKS * ivec2(gl_FragCoord.xy);
     uint all = ~0u;
     for (int k = 0; k < BLOCKS * BLOCKS; ++k) all &= read_texel(blocks, first + ivec2(k % BLOCKS, k / BLOCKS)).r;
-    bool even = (all & BLOCK_ONE_TRIANGLE) != 0u && is_linear(seen, middle);
+    bool one_surface = (all & BLOCK_ONE_SURFACE) != 0u;
+    bool even = one_surface && is_of_one_triangle(seen.triangle, middle) && is_linear(seen, middle);
     float earth_share = face_normal.w;
     vec4 light = indirect;
     // A loop, which llvmpipe leaves where an if would be worked out.
-    for (bool several = !even && (all & BLOCK_ONE_SURFACE) != 0u; several; several = false)
+    for (bool several = one_surface && !even; several; several = false)
         even = is_nearly_linear(seen, n, middle, light, earth_share, turn);
     return even && is_smooth(n, sight, turn, seen.label & 63u);
 }

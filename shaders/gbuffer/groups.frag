@@ -1,10 +1,7 @@
-// The groups of each cell. TELL_TRIANGLES: and whether all texels of its window see one triangle, or one surface.
+// The groups of each cell, and whether all texels of its window see one surface.
 #include "gbuffer/cells.glsl"
 
 uniform usampler2D seen_surfaces;
-#ifdef TELL_TRIANGLES
-uniform usampler2D seen_triangles;
-#endif
 
 // One for each layer, as many as a cell may have samples. The upper bits of the first hold the number of samples
 // in the cell, those of the second the number of groups, and above that BARE and so on.
@@ -16,25 +13,16 @@ void main() {
     uint surface[CELL_TEXELS * CELL_TEXELS];
     uint left = 0u, total = 0u;
     uint lowest = ~0u, highest = 0u;
-#ifdef TELL_TRIANGLES
-    uint lowest_triangle = ~0u, highest_triangle = 0u;
-#endif
     for (int j = 0; j < CELL_TEXELS; ++j)
         for (int i = 0; i < CELL_TEXELS; ++i) {
             ivec2 texel = first + ivec2(i, j);
             bool inside = cell_of(texel) == cell;
-            ivec2 there = clamp(texel, ivec2(0), last);
-            uint seen = read_texel(seen_surfaces, there).r;
+            uint seen = read_texel(seen_surfaces, clamp(texel, ivec2(0), last)).r;
             surface[CELL_TEXELS * j + i] = seen;
             total += uint(inside);
             left |= uint(inside && seen != 0u) << (STRIDE * j + i);
             lowest = min(lowest, seen);
             highest = max(highest, seen);
-#ifdef TELL_TRIANGLES
-            uint triangle = read_texel(seen_triangles, there).r;
-            lowest_triangle = min(lowest_triangle, triangle);
-            highest_triangle = max(highest_triangle, triangle);
-#endif
         }
     bool bare = samples_of(left) < total, one_surface = lowest == highest;
     uint chosen_groups[4 * FOURS], count = uint(left != 0u);
@@ -55,11 +43,7 @@ void main() {
         count = uint(min(++layer, 4 * FOURS));
     }
     chosen_groups[0] |= total << TEXELS;
-    chosen_groups[1] |= count << TEXELS | (bare ? BARE : 0u);
-#ifdef TELL_TRIANGLES
-    bool one_triangle = one_surface && lowest_triangle == highest_triangle;
-    chosen_groups[1] |= (one_triangle ? ONE_TRIANGLE : 0u) | (one_surface ? ONE_SURFACE : 0u);
-#endif
+    chosen_groups[1] |= count << TEXELS | (bare ? BARE : 0u) | (one_surface ? ONE_SURFACE : 0u);
     for (int k = 0; k < FOURS; ++k)
         groups[k] = uvec4(chosen_groups[4 * k], chosen_groups[4 * k + 1], chosen_groups[4 * k + 2],
                           chosen_groups[4 * k + 3]);

@@ -1,5 +1,5 @@
 // How many pages each block of 2 x 2 cells takes: as many as its fullest cell has groups. The upper bits
-// tell whether a sample of the block sees nothing, and whether each of its cells sees one triangle, and one surface.
+// tell whether a sample of the block sees nothing, and whether each of its cells sees one surface.
 #define GROUPED
 #include "gbuffer/cells.glsl"
 
@@ -16,6 +16,5 @@ void main() {
             in_any |= groups.y;
             in_all &= groups.y;
         }
-    pages |= ((in_any & BARE) != 0u ? BLOCK_BARE : 0u) | ((in_all & ONE_TRIANGLE) != 0u ? BLOCK_ONE_TRIANGLE : 0u)
-           | ((in_all & ONE_SURFACE) != 0u ? BLOCK_ONE_SURFACE : 0u);
+    pages |= ((in_any & BARE) != 0u ? BLOCK_BARE : 0u) | ((in_all & ONE_SURFACE) != 0u ? BLOCK_ONE_SURFACE : 0u);
 }

@@ -70,8 +70,8 @@ _GRIDS = {"light_grids": 4, "grid_light": 5, "grid_rows": 6}
 _CELLS_UNIT = 17
 # Of the bytes of blocks, for squares, which have no points.
 _BLOCKS_UNIT = 16
-_POINTS = SEEN | POINT_GROUPS | PAGE_ENTRIES
-_SURFACES = {"seen_surfaces": SEEN["seen_surfaces"]}
+_OF_POINTS = POINT_GROUPS | PAGE_ENTRIES
+_TRIANGLES, _SURFACES = ({name: unit} for name, unit in SEEN.items())
 
 
 class GBufferPass:
@@ -90,7 +90,7 @@ class GBufferPass:
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context, meshes: MeshStore, blocks: ViewBlocks) -> None:
         self._ctx, self._meshes, self._blocks = ctx, meshes, blocks
-        self._grouping: dict[tuple[int, int, tuple[str, ...]], PointScreen] = {}
+        self._grouping: dict[tuple[int, int], PointScreen] = {}
         first = {"cell_groups": CELL_GROUPS["cell_groups"]}
         self._counting = screen(ctx, ScreenShader("gbuffer/pages", 0.0, [TILE], first))
         paged = CELL_GROUPS | PAGE_ENTRIES
@@ -131,12 +131,9 @@ class GBufferPass:
         few, many = self._groups.covering(cells)
         self._blocks.bind_tile(tile)
         _bind_seen(visibility)
-        telling = ("TELL_TRIANGLES",) * (even is not None)
         target = few if tile.cells.reach < _REACH_OF_FEW else many
         fours = len(target.color_attachments)
-        self._grouping_for(tile.cells.texels, fours, telling).draw(
-            self.colour_only, target, (0, 0, *cells)
-        )
+        self._grouping_for(tile.cells.texels, fours).draw(self.colour_only, target, (0, 0, *cells))
         groups = textures_of(many)
         of_block = self._page_counts(groups[0], blocks)
         squares = self._even_squares(tile, of_block, spacecraft[0], even, lit)
@@ -293,23 +290,22 @@ class GBufferPass:
         layered = "LAYERED" in variant
         variant = ("LAYERED",) * layered
         if variant not in self._marks:
-            of_points = _POINTS if layered else _SURFACES | POINT_GROUPS | PAGE_ENTRIES
+            seen = SEEN if layered else _SURFACES
             self._marks[variant] = point_shader(
                 self._ctx,
                 "gbuffer/marks",
                 MARKED,
                 [TILE, SPACECRAFT] + [MATERIALS] * layered,
-                of_points | ({"triangle_corners": _CORNERS_UNIT} if layered else {}),
+                seen | _OF_POINTS | ({"triangle_corners": _CORNERS_UNIT} if layered else {}),
                 dict.fromkeys(variant, 1),
             )
         return self._marks[variant]
 
-    def _grouping_for(self, texels: int, fours: int, telling: tuple[str, ...]) -> PointScreen:
-        variant = texels, fours, telling
+    def _grouping_for(self, texels: int, fours: int) -> PointScreen:
+        variant = texels, fours
         if variant not in self._grouping:
-            seen = SEEN if telling else _SURFACES
-            defines = {"CELL_TEXELS": texels, "FOURS": fours} | dict.fromkeys(telling, 1)
-            shader = ScreenShader("gbuffer/groups", 0.0, [TILE], seen, defines)
+            defines = {"CELL_TEXELS": texels, "FOURS": fours}
+            shader = ScreenShader("gbuffer/groups", 0.0, [TILE], _SURFACES, defines)
             self._grouping[variant] = screen(self._ctx, shader)
         return self._grouping[variant]
 
@@ -321,11 +317,9 @@ class GBufferPass:
                 "triangle_corners": _CORNERS_UNIT,
                 "mesh_vertices": _VERTICES_UNIT,
             }
-            samplers |= SEEN
-            if "OF_SQUARES" in variant:
-                samplers |= {"blocks": _BLOCKS_UNIT}
-            else:
-                samplers |= _POINTS
+            samplers |= {"blocks": _BLOCKS_UNIT} if "OF_SQUARES" in variant else _OF_POINTS
+            # Edges of a triangle are the same from both sides.
+            samplers |= _TRIANGLES if "EDGES" in variant else SEEN
             if detailed:
                 samplers |= IMAGE_UNITS
             if lit:

@@ -45,8 +45,8 @@ class VisibilityPass:
     def draw(
         self, tile: RasterTile, spacecraft: Sequence[DrawnSpacecraft]
     ) -> tuple[moderngl.Texture, ...]:
-        """Triangles and surfaces of the tile's samples, R32UI, in the order of ``SEEN``; valid until
-        the next draw."""
+        """R32UI triangles and surfaces of the tile's samples, in the order of ``SEEN``; valid
+        until the next draw."""
         size = tile.raster_size
         (target,) = self._target.covering(size)
         viewport = (0, 0, *size)

@@ -17,7 +17,7 @@ _GRAZING = 1e-3
 # Triangles whose distances are one product: for more, BLAS may wake its threads, which keep a core
 # busy for as long as a frame takes.
 _AT_ONCE = 1 << 15
-# Neighbours that are in view or out of it together: of 76,000 triangles a numpy call tells in 0.1 ms.
+# Neighbours that are in view or out of it together.
 _CLUSTER = 32
 # As a part of distances: by so much rounding moves a cluster against a plane.
 _ROUNDING = 1e-5

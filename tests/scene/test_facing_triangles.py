@@ -66,3 +66,32 @@ def test_fronts_are_chosen_and_backs_are_not(
     # A thousandth of the distance to what is farthest from the place, at most three times as far.
     assert not chosen[sine < -3e-3].any()
     assert 0.1 < chosen.mean() < 0.6
+
+
+@pytest.mark.parametrize("angle", [0.0, 1.2])
+def test_triangles_in_view_are_chosen_and_most_others_are_not(angle: float) -> None:
+    posed = opened(angle)
+    place = np.array([0.3, 1.8, 0.4])
+    # A narrow pyramid from the place to a part of the ball's rim.
+    axis = np.array([0.9, 0.2, 0.3]) - place
+    axis /= np.linalg.norm(axis)
+    across = np.cross(axis, [0.0, 0.0, 1.0])
+    across /= np.linalg.norm(across)
+    up = np.cross(across, axis)
+    half_angle = 0.05
+    sides = np.array(
+        [
+            np.sin(half_angle) * axis + s * np.cos(half_angle) * v
+            for v in (across, up)
+            for s in (-1.0, 1.0)
+        ]
+    )
+    every = facing_triangles(posed, place[None])
+    seen = facing_triangles(posed, place[None], sides=sides)
+    baked = posed.baked()
+    before = (baked.positions[baked.triangles].astype(np.float64) - place) @ sides.T
+    reaches = (before > 0.0).any(axis=1).all(axis=1)
+    assert np.isin(every[reaches[every]], seen).all()
+    # In the same order, of which depend triangles at one depth.
+    np.testing.assert_array_equal(seen, every[np.isin(every, seen)])
+    assert 0 < seen.size < 0.4 * every.size
