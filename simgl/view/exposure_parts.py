@@ -305,12 +305,12 @@ def moving_scene(
         # Of more than half a turn the ends tell no more.
         between = seen_by(camera)(-0.5 * half), seen_by(camera)(0.5 * half)
         times = ends[0], between[0], state, between[1], ends[1]
-        apart = depth_layers(times, name, exposed)
+        by_depth = depth_layers(times, name, exposed)
         split = tuple(
             (names, *snapshot_count(times, name, exposed, blur, rows=lean > LEAN, names=names))
-            for names in apart.names
+            for names in by_depth.names
         )
-        laid_count = int(np.clip(np.ceil(apart.both_move / _LAID_STEP), 1, _MAX_LAID))
+        laid_count = int(np.clip(np.ceil(by_depth.both_move / _LAID_STEP), 1, _MAX_LAID))
     turned = sum(turn_of_bodies(one, other) for one, other in pairwise(times))
     around = camera
     if blurs or moves_behind:
