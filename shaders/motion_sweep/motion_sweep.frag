@@ -8,7 +8,7 @@
 // CHUNKS: the snapshot is one that was swept already, over an equal part of the exposure.
 // FINE: what is between pixels across the motion is told from four of them, so that edges along it stay
 // as sharp as they are.
-// ASIDE: it shows another part of the exposure than that around its moment, and what is seen in the middle of
+// OFF_CENTRE: it shows another part of the exposure than that around its moment, and what is seen in the middle of
 // it stood between pixels; FINE as well. Neighbours along the motion are parted by linear interpolation.
 // UNEVEN: what it shows accelerates, and may turn back on its way. Each place, a pixel from the next along
 // the longer axis, counts for the time that is spent around it, parted between neighbours as by linear
@@ -76,15 +76,15 @@ Seen fine_at(vec2 place, ivec2 across) {
 }
 
 // The same anywhere along the motion.
-Seen fine_aside(vec2 place, ivec2 across) {
+Seen fine_off_centre(vec2 place, ivec2 across) {
     vec2 along = vec2(across.yx);
     float part = dot(fract(place - 0.5), along);
     vec2 low = place - part * along;
     return (1.0 - part) * fine_at(low, across) + part * fine_at(low + along, across);
 }
 
-#ifdef ASIDE
-#define FINE_AT fine_aside
+#ifdef OFF_CENTRE
+#define FINE_AT fine_off_centre
 #else
 #define FINE_AT fine_at
 #endif
@@ -204,7 +204,7 @@ void main() {
     // Places are whole pixels apart, as far on either side: weights put their middle where it belongs.
     float lag = dot(curve * before, vec2(across.yx));
     curve -= lag * before;
-#ifdef ASIDE
+#ifdef OFF_CENTRE
     sum = SEEN(place);
 #else
     // The middle lies in a pixel's.

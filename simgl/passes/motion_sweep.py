@@ -198,7 +198,7 @@ class SweepPart:
         return self.paths.uneven and max(self.paths.reach) <= _LONGEST_UNEVEN
 
     @property
-    def aside(self) -> bool:
+    def off_centre(self) -> bool:
         """Whether it is another part than that around the snapshot's moment."""
         return self.span.first + self.span.last != 2.0 * self.span.moment
 
@@ -341,7 +341,7 @@ class SweepPass:
             for texture in seen.textures:
                 _interpolate(texture)
             defines = ("COVERED",) * (len(seen.textures) > 1) + ("OVER",) * (how is self.lays)
-            defines += ("FINE",) * sweep.fine + ("ASIDE",) * (sweep.fine and part.aside)
+            defines += ("FINE",) * sweep.fine + ("OFF_CENTRE",) * (sweep.fine and part.off_centre)
             defines += ("UNEVEN",) * part.uneven + ("CHUNKS",) * (step > 0)
             ways = table_texture(self._ctx, swept.paths.nodes)
             _interpolate(ways)

@@ -57,7 +57,7 @@ LARGEST_LEAN = float(np.radians(10.0))
 # How far what passes before something else that moves, too, goes while the covered share of its
 # pixels hides that [px]: about where their edges cross, the product of two means is wrong by up to
 # a quarter. And the largest number of such times.
-_LAID_STEP, _MOST_LAID = 3.0, 24
+_LAID_STEP, _MAX_LAID = 3.0, 24
 # Steps in which the snapshot grows around the image, so that its textures last [px].
 _MARGIN_STEP = 16
 
@@ -300,12 +300,12 @@ def moving_scene(
     if blurs:
         # Of more than half a turn the ends tell no more.
         times = ends[0], at(-0.5 * half), state, at(0.5 * half), ends[1]
-        apart = depth_layers(times, name, exposed)
+        by_depth = depth_layers(times, name, exposed)
         split = tuple(
             (names, *snapshot_count(times, name, exposed, blur, rows=lean > LEAN, names=names))
-            for names in apart.names
+            for names in by_depth.names
         )
-        laid_count = int(np.clip(np.ceil(apart.both_move / _LAID_STEP), 1, _MOST_LAID))
+        laid_count = int(np.clip(np.ceil(by_depth.both_move / _LAID_STEP), 1, _MAX_LAID))
     turned = sum(turn_of_bodies(one, other) for one, other in pairwise(times))
     around = camera
     if blurs or moves_behind:

@@ -139,6 +139,9 @@ def frame_view(
     placed = state.cameras[camera_name]
     real = placed.camera
     rows = None if part is None else part.rows
+    if part is not None and part.names is not None:
+        # The samples of all snapshots of a layer add up.
+        sample_budget = int(sample_budget * part.exposure_time / real.exposure_time)
 
     def through(seen: PinholeField | None) -> FrameView:
         camera = _through(placed, seen)

@@ -15,7 +15,7 @@ from simgl.scene.state import SceneState
 _SHORT = 0.2
 # Parts of longer ones, each with Gauss's weights at three times [s]; and the largest number of
 # these.
-_PART, _MOST_PARTS = 2.0, 64
+_PART, _MAX_PARTS = 2.0, 64
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
 
 
@@ -35,7 +35,7 @@ def with_mean_sunlight(
     """
     if length < _SHORT or state.earth is None:
         return state
-    parts = min(int(np.ceil(length / _PART)), _MOST_PARTS)
+    parts = min(int(np.ceil(length / _PART)), _MAX_PARTS)
     nodes = (np.arange(parts)[:, None] + 0.5 * (_NODES + 1.0)).ravel() / parts - 0.5
     weights = np.tile(0.5 * _WEIGHTS / parts, parts)
     states = [at(moment + float(node) * length) for node in nodes]
