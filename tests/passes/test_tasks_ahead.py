@@ -80,7 +80,7 @@ def test_a_frame_draws_while_the_light_that_later_ones_need_is_made(
     second, drawn, seen = Event(), Event(), []
     draw = VisibilityPass.draw
 
-    def drawing(*arguments: Any) -> moderngl.Texture:
+    def drawing(*arguments: Any) -> tuple[moderngl.Texture, ...]:
         if second.is_set():
             drawn.set()
         return draw(*arguments)

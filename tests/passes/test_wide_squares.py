@@ -204,15 +204,16 @@ def triangles(monkeypatch: pytest.MonkeyPatch, kinds: list[AnyArray]) -> list[An
     group = GBufferPass.group
 
     def looked_at(
-        geometry: GBufferPass, tile: RasterTile, texture: moderngl.Texture, *more: Any, **named: Any
+        geometry: GBufferPass, tile: RasterTile, seen_by: Sequence[moderngl.Texture], *more: Any, **named: Any
     ) -> ShadingPoints:
-        points = group(geometry, tile, texture, *more, **named)
-        seen = np.frombuffer(texture.read(), dtype=np.uint32).reshape(texture.height, -1, 2)
+        points = group(geometry, tile, seen_by, *more, **named)
+        triangles = seen_by[0]
+        seen = np.frombuffer(triangles.read(), dtype=np.uint32).reshape(triangles.height, -1)
         row, column = np.mgrid[: tile.cells.size[1], : tile.cells.size[0]]
         middles = np.stack([column + 0.5, row + 0.5, np.ones(row.shape)], axis=-1)
         x, y = np.moveaxis((middles @ tile.cells.raster_from_cell.T).astype(int), -1, 0)
         rows, columns = kinds[-1].shape
-        of_square = seen[y, x, 0][: 4 * rows, : 4 * columns].astype(np.int64)
+        of_square = seen[y, x][: 4 * rows, : 4 * columns].astype(np.int64)
         of_square = of_square.reshape(rows, 4, columns, 4).swapaxes(1, 2)
         found.append(of_square.reshape(rows, columns, 16) - 1)
         return points

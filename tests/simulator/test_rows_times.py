@@ -114,7 +114,7 @@ def count_drawings(
     drawn: list[object] = []
     draw = VisibilityPass.draw
 
-    def counted(self: VisibilityPass, *given: object) -> moderngl.Texture:
+    def counted(self: VisibilityPass, *given: object) -> tuple[moderngl.Texture, ...]:
         drawn.append(given)
         return draw(self, *given)  # type: ignore[arg-type]
 
