@@ -15,7 +15,6 @@ from typing import TypeVar
 import numpy as np
 
 from simgl.arrays import Array, Array32, IndexArray
-from simgl.disk_cache import Arrays, computed_once
 from simgl.lru_cache import LruCache
 from simgl.radiosity.in_turn import side_by_side
 from simgl.radiosity.light_grids import more_of_nodes
@@ -23,7 +22,6 @@ from simgl.radiosity.light_transport import LightTransport, PatchCells
 from simgl.radiosity.lobe_sunlight import LobeSunlight, mean_of_bands
 from simgl.radiosity.near_means import TIMES
 from simgl.radiosity.patches import SAMPLES
-from simgl.radiosity.response_inputs import MADE_BY, response_inputs
 from simgl.radiosity.sky_lobes import SkyLobes
 from simgl.radiosity.solver import Reflectors, radiosity
 from simgl.radiosity.sunlit_patches import CAPACITY, Node, SunlitPatches, direction_of, grid_corners
@@ -206,9 +204,9 @@ class PrecomputedResponse:
             if (cached := self._at_vertices.find(node)) is not None
         }
         missing = [node for node, _ in corners if node not in known]
-        # A process that starts again asks for what it asked for then.
-        first = len(self._at_vertices) == 0 and bool(self.lobes)
-        known |= zip(missing, (self._stored if first else self._made_now)(missing), strict=True)
+        of_nodes = self._of_nodes(missing)
+        gathered = side_by_side([partial(self._gathered, *solved) for solved in of_nodes.items()])
+        known |= zip(of_nodes, gathered, strict=True)
         tables = [
             (
                 self._at_vertices.get(node, partial(known.__getitem__, node)),
@@ -218,30 +216,6 @@ class PrecomputedResponse:
         ]
         first_node = _in_rows(len(self._transport.vertex_rows))
         return SunTables(tables=tuple(tables), first_node=first_node)
-
-    def _made_now(self, nodes: list[Node]) -> list[AtVertices]:
-        solved = self._of_nodes(nodes)
-        return side_by_side([partial(self._gathered, node, solved[node]) for node in nodes])
-
-    def _stored(self, nodes: list[Node]) -> list[AtVertices]:
-        """The same from the file of an earlier process where there is one."""
-        rows, points = self._empty_rows().reshape(-1, 4 * _ROW), self._transport.gather.shape[0]
-        shapes = (len(nodes), *rows.shape), (len(nodes), points)
-
-        def made() -> Arrays:
-            all_made = self._made_now(nodes)
-            return {
-                "rows": np.stack([one.rows for one in all_made]),
-                "lobes": np.stack([one.lobes for one in all_made if one.lobes is not None]),
-            }
-
-        def fits(arrays: Arrays) -> bool:
-            return (arrays["rows"].shape, arrays["lobes"].shape) == shapes
-
-        inputs = nodes, *response_inputs(self._transport, self._surface)
-        stored = computed_once("first_sunlight", MADE_BY, inputs, made, fits)
-        of_nodes = zip(stored["rows"], stored["lobes"], strict=True)
-        return [AtVertices(rows=of_node, lobes=lobes) for of_node, lobes in of_nodes]
 
     def lobes_at_vertices(self, nodes: Sequence[Node]) -> list[Array32] | None:
         """(s,) each: what gather points of vertices get of lobes by a Sun of 1 W/m2 in directions

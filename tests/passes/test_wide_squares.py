@@ -8,7 +8,7 @@ wide penumbra the Sun's directions scatter by 1 % of full sunlight in both.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -107,22 +105,3 @@ def test_what_leaves_by_a_sky_alike_all_around_is_the_albedo(material: Material)
     # Fresnel's law of smooth glass rises within the cells along the horizon.
     smooth = material is PAINTS[SMOOTH_GLASS]
     np.testing.assert_allclose(leaving[below], np.pi * albedo[below], rtol=0.06 if smooth else 0.02)
-
-
-def test_the_first_sunlight_of_a_process_is_that_of_an_earlier_one(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    sun, irradiance = np.array([0.0, 0.6, 0.8]), np.ones(4)
-    earlier = response(PAINTS["white paint, roughness 0.3"]).of_sun_at_vertices(sun, irradiance)
-    again, rough = (
-        response(PAINTS["white paint, roughness 0.3"]),
-        response(PAINTS["white paint, roughness 0.6"]),
-    )
-    with monkeypatch.context() as traced:
-        traced.setattr(PrecomputedResponse, "_made_now", None)
-        stored = again.of_sun_at_vertices(sun, irradiance)
-        with pytest.raises(TypeError):
-            rough.of_sun_at_vertices(sun, irradiance)
-    np.testing.assert_array_equal(stored.vertices, earlier.vertices)
-    np.testing.assert_array_equal(stored.nodes, earlier.nodes)
