@@ -35,6 +35,7 @@ from simgl.view.image_motion import (
     turn_of_bodies,
     turn_of_camera,
     turn_of_joints,
+    ways_behind,
 )
 from simgl.view.mean_sunlight import with_mean_sunlight
 from simgl.view.row_clock import RowClock, camera_from_body
@@ -314,7 +315,7 @@ def moving_scene(
             fewest = min(count for _, count, _ in split)
             ways = _ways_in((ends[0], state, ends[1]), name, exposed / fewest, turned)
         if moves_behind:
-            ways = np.maximum(ways, _ways_behind(ends, name))
+            ways = np.maximum(ways, ways_behind(ends, name))
         around = _with_margin(camera, np.minimum(ways, max(blur, behind)))
     drawn = around if blurs else camera
     one = MovingScene(
@@ -405,15 +406,6 @@ def _ways_in(
         return np.full(2, ways.max())
     # An arc is longer than its chord.
     return ways / float(np.sinc(turned / (2.0 * np.pi)))
-
-
-def _ways_behind(ends: tuple[SceneState, SceneState], name: str) -> Array:
-    """(2,) how far along x and y what is at infinity moves in the corners of the image [px]."""
-    first, last = (end.cameras[name] for end in ends)
-    d = first.camera.detector
-    corners = np.array([[x, y] for x in (0.0, d.width) for y in (0.0, d.height)])
-    sights = first.camera.rays(corners) @ first.R_camera_from_icrf @ last.R_camera_from_icrf.T
-    return np.nan_to_num(np.abs(last.camera.project(sights) - corners), nan=np.inf).max(axis=0)
 
 
 def _rows_used(states: tuple[SceneState, ...], name: str) -> tuple[int, int]:

@@ -238,3 +238,12 @@ def _ground_motion(state: SceneState, a: CameraState, b: CameraState) -> float:
     if off_axis > disc + a.camera.half_diagonal_angle:
         return 0.0
     return float(np.linalg.norm(b.position - a.position)) / height
+
+
+def ways_behind(ends: tuple[SceneState, SceneState], name: str) -> Array:
+    """(2,) how far along x and y what is at infinity moves in the corners of the image [px]."""
+    first, last = (end.cameras[name] for end in ends)
+    d = first.camera.detector
+    corners = np.array([[x, y] for x in (0.0, d.width) for y in (0.0, d.height)])
+    sights = first.camera.rays(corners) @ first.R_camera_from_icrf @ last.R_camera_from_icrf.T
+    return np.nan_to_num(np.abs(last.camera.project(sights) - corners), nan=np.inf).max(axis=0)

@@ -204,7 +204,11 @@ def triangles(monkeypatch: pytest.MonkeyPatch, kinds: list[AnyArray]) -> list[An
     group = GBufferPass.group
 
     def looked_at(
-        geometry: GBufferPass, tile: RasterTile, seen_by: Sequence[moderngl.Texture], *more: Any, **named: Any
+        geometry: GBufferPass,
+        tile: RasterTile,
+        seen_by: Sequence[moderngl.Texture],
+        *more: Any,
+        **named: Any,
     ) -> ShadingPoints:
         points = group(geometry, tile, seen_by, *more, **named)
         triangles = seen_by[0]
