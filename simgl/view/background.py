@@ -29,16 +29,18 @@ from simgl.scene.state import BodyState, CameraState, EarthState, SceneState, Su
 from simgl.view.celestial import CelestialView, EarthCone, ImageCone, celestial
 
 # Texels along an edge of a sky's faces: under a high Sun and in the dark; where the terminator may
-# be all that is lit; where it lies along the limb, of tiles that hold nearly all light, while the
-# others have those of the dark. At the terminator, what the Sun's disc sends past it onto a plate
-# that looks away, 3e-7 of full daylight, comes out within 5 %; the light of a Lambertian Earth
-# along the limb within 1 % or 0.0015 W m-2.
+# be all that is lit; where it lies along the limb or the Earth is far away, of tiles that hold
+# nearly all light, while the others have those of the dark. At the terminator, what the Sun's disc
+# sends past it onto a plate that looks away, 3e-7 of full daylight, comes out within 5 %; the light
+# of a Lambertian Earth along the limb within 1 % or 0.0015 W m-2.
 SKY_TEXELS, TERMINATOR_TEXELS, LIMB_TEXELS = 64, 128, 256
 # From the horizontal, of a Sun that is high, and, past the limb, of one that leaves even high air
 # dark [rad].
 _HIGH_SUN, _TWILIGHT = np.radians(5.0), np.radians(10.0)
 # Little but the limb is lit where the terminator is seen so close to it [rad].
 _NARROW_STRIP = np.radians(5.8)
+# Of the Earth, where it is so far away that it spans few texels [rad]: from 18,000 km on.
+_SMALL_EARTH = np.radians(15.0)
 # Spacecraft see the same sky where the ground lies in directions this close [rad].
 _SAME_SKY = 1e-4
 
@@ -269,12 +271,15 @@ def _sky_texels(planet: PlanetView) -> int:
     distance = norm(place)
     sine = float(np.dot(place, planet.sun_direction_itrf)) / distance
     height = float(np.arcsin(np.clip(sine, -1.0, 1.0)))
-    seen = float(np.arccos(min(1.0 / distance, 1.0)))
+    radius = float(np.arcsin(min(1.0 / distance, 1.0)))
+    if radius < _SMALL_EARTH:
+        return LIMB_TEXELS
+    seen = 0.5 * np.pi - radius
     if not -seen - _TWILIGHT < height < _HIGH_SUN:
         return SKY_TEXELS
     # Angles from the nadir.
     terminator = float(np.arctan2(-np.sin(height), distance - np.cos(height)))
-    strip = float(np.arcsin(min(1.0 / distance, 1.0))) - terminator
+    strip = radius - terminator
     return TERMINATOR_TEXELS if strip > _NARROW_STRIP else LIMB_TEXELS
 
 

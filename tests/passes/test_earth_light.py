@@ -34,7 +34,7 @@ from tests.passes.earth_light_scenes import (
     plate,
     sun_at,
 )
-from tests.scenes import IN_BANDS, lambert, radiance
+from tests.scenes import IN_BANDS, TOTAL, lambert, radiance
 
 WHITE_PLATE = plate(lambert(1.0))
 
@@ -90,6 +90,40 @@ def test_a_plate_at_200_km_has_the_irradiance_of_a_lit_limb(
     got = as_irradiance(earthshine(gl, WHITE_PLATE, attitude(normal, 0.4), normal, 98.0))
     # By direct quadrature; the strip is 7 texels wide.
     np.testing.assert_allclose(got, 0.13632, rtol=0.01, atol=0.0015)
+
+
+def by_quadrature(height: float, normal: Array, zenith_deg: float) -> float:
+    """Irradiance of a plate from the Earth of these scenes [W m-2]; height [m]."""
+    d = R + height
+    cosine = np.linspace(R / d, 1.0, 1001)
+    cosine = 0.5 * (cosine[1:] + cosine[:-1])
+    azimuth = 2.0 * np.pi * (np.arange(360) + 0.5) / 360
+    sine = np.sqrt(1.0 - cosine**2)[:, None]
+    ground = np.stack(
+        np.broadcast_arrays(cosine[:, None], sine * np.cos(azimuth), sine * np.sin(azimuth)),
+        axis=-1,
+    )
+    seen = R * ground - d * UP
+    distance = np.linalg.norm(seen, axis=-1)
+    sunlit = np.clip(ground @ np.array(sun_at(zenith_deg)), 0.0, None)
+    leaving = -(seen * ground).sum(axis=-1) / distance
+    arriving = np.clip(seen @ normal / distance, 0.0, None)
+    area = R**2 * (1.0 - R / d) / cosine.size * 2.0 * np.pi / azimuth.size
+    share = (sunlit * leaving * arriving / distance**2).sum() * area
+    return float(0.3 / np.pi * TOTAL * share)
+
+
+@pytest.mark.parametrize("height", [2e6, 8e6, 36e6])
+@pytest.mark.parametrize("zenith", [0.0, 100.0])
+def test_a_plate_far_above_has_the_earths_irradiance(
+    gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch, height: float, zenith: float
+) -> None:
+    """Where the Earth is small it still spans many texels, wherever it lies among them."""
+    monkeypatch.setattr(earth_light_scenes, "PLACE", (R + height) * UP)
+    for tilt in (0.0, 50.0):
+        normal = facing(tilt, 20.0)
+        got = as_irradiance(earthshine(gl, WHITE_PLATE, attitude(normal, 0.4), normal, zenith))
+        np.testing.assert_allclose(got, by_quadrature(height, normal, zenith), rtol=5e-3)
 
 
 @pytest.mark.parametrize("case", range(4))
