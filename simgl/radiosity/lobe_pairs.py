@@ -13,16 +13,14 @@ import numpy as np
 from scipy import sparse
 
 from simgl.arrays import Array32, IndexArray, Mask
-from simgl.radiosity.glossy_places import GlossyPlaces, PlacePairs
+from simgl.radiosity.glossy_places import CONSERVING, GREY, GlossyPlaces, PlacePairs
 from simgl.radiosity.reflection_laws import LOBE_ROOM, ReflectionLaws, lobe_in
 
 # Pairs in a row: long ones are copied faster, short ones have less that is filled up.
 _ROW = 32
 # Rows that are worked out together: what numpy makes of their pairs stays in a processor's cache.
 _AT_ONCE = 512
-# What lobes send has powers of their reflectance at normal incidence, f0: grey ones in one weight,
-# coloured ones one and f0, and its square where they send on what met several microfacets.
-_GREY, _COLOURED, _CONSERVING = range(3)
+# Of f0, at most.
 _POWERS = 3
 # Of the table of pairs; and arrays that some rows are worked out in.
 _COLUMNS = 6
@@ -75,11 +73,7 @@ class LobePairs:
 
     def __init__(self, pairs: PlacePairs, places: GlossyPlaces, laws: ReflectionLaws) -> None:
         self.count = pairs.count
-        f0, conserving = laws.f0[places.law_of_patch], laws.conserving[places.law_of_patch]
-        kind = np.where(conserving, _CONSERVING, _COLOURED)
-        kind[(f0 == f0[:, :1]).all(axis=1)] = _GREY
-        order = _by_patch(pairs.place, places.patch, kind)
-        place = pairs.place[order]
+        f0, kind, place = laws.f0[places.law_of_patch], places.kind, pairs.place
         patch = places.patch[place]
         start = np.flatnonzero(np.diff(patch, prepend=-1))
         number = np.diff(start, append=len(patch))
@@ -89,16 +83,15 @@ class LobePairs:
 
         def in_rows(values: Array32 | IndexArray, fill: float) -> Array32:
             laid = np.full(_ROW * int(rows.sum()), fill, dtype=values.dtype)
-            laid[slot] = values[order]
+            laid[slot] = values
             return laid.reshape(-1, _ROW)
 
         self._patch = np.repeat(patch[start], rows)
         self._f0 = f0
-        self._grey = np.where(kind == _GREY, f0[:, 0], np.float32(0.0))[self._patch]
+        self._grey = np.where(kind == GREY, f0[:, 0], np.float32(0.0))[self._patch]
         self._first = np.searchsorted(kind[self._patch], range(_POWERS + 1))
         # Of grey lobes what they send besides is a factor.
-        f0_of_pair = np.where(kind == _GREY, f0[:, 0], np.float32(0.0))[places.patch[pairs.place]]
-        share = pairs.share * (1.0 + f0_of_pair * pairs.more)
+        share = pairs.share * (1.0 + np.where(kind == GREY, f0[:, 0], 0.0)[patch] * pairs.more)
         # What fills up sends nothing, in a direction for which that can be worked out.
         columns = (
             (pairs.x, 0.0),
@@ -108,7 +101,7 @@ class LobePairs:
             (pairs.alpha2, 1.0),
         )
         self._table = np.stack([in_rows(*column) for column in (*columns, (share, 0.0))])
-        self._more = in_rows(pairs.more, 0.0)[self._first[_CONSERVING] :].copy()
+        self._more = in_rows(pairs.more, 0.0)[self._first[CONSERVING] :].copy()
         self._receiver = in_rows(pairs.receiver, 0)
         self._place = np.repeat(place[start], rows).astype(np.int32)[:, None].repeat(_ROW, axis=1)
         self._place.reshape(-1)[slot] = place
@@ -208,21 +201,8 @@ class LobePairs:
         else:
             weights[1][:] = lobe
         if len(weights) == _POWERS:
-            of_more = rows - self._first[_CONSERVING]
+            of_more = rows - self._first[CONSERVING]
             more = np.take(self._more, of_more, axis=0, out=factor, mode="clip")
             np.multiply(lobe, more, out=weights[2])
             more *= grazing
             weights[1] += more
-
-
-def _by_patch(place: IndexArray, patch: IndexArray, kind: IndexArray) -> IndexArray:
-    """(n,) the order of pairs by the kinds (g,) of their patches, by patch and by place (n,).
-
-    patch : (k,) of the places
-    """
-    rank = np.empty(len(patch), dtype=np.int64)
-    rank[np.lexsort((patch, kind[patch]))] = np.arange(len(patch))
-    # One row for each place, which lists its pairs: faster than to sort them.
-    number, held = np.arange(len(place)), np.ones(len(place), dtype=np.bool_)
-    listed = sparse.csr_matrix((held, (rank[place], number)), shape=(len(patch), len(place)))
-    return np.asarray(listed.indices)
