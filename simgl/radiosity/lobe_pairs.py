@@ -78,35 +78,38 @@ class LobePairs:
         start = np.flatnonzero(np.diff(patch, prepend=-1))
         number = np.diff(start, append=len(patch))
         rows = -(-number // _ROW)
-        slot = np.arange(len(patch))
-        slot += np.repeat(_ROW * (np.cumsum(rows) - rows) - start, number)
-
-        def in_rows(values: Array32 | IndexArray, fill: float) -> Array32:
-            laid = np.full(_ROW * int(rows.sum()), fill, dtype=values.dtype)
-            laid[slot] = values
-            return laid.reshape(-1, _ROW)
-
+        count = int(rows.sum())
+        slot = np.arange(len(patch), dtype=np.int32)
+        slot += np.repeat((_ROW * (np.cumsum(rows) - rows) - start).astype(np.int32), number)
         self._patch = np.repeat(patch[start], rows)
         self._f0 = f0
-        self._grey = np.where(kind == GREY, f0[:, 0], np.float32(0.0))[self._patch]
+        grey = np.where(kind == GREY, f0[:, 0], np.float32(0.0))
+        self._grey = grey[self._patch]
         self._first = np.searchsorted(kind[self._patch], range(_POWERS + 1))
         # Of grey lobes what they send besides is a factor.
-        share = pairs.share * (1.0 + np.where(kind == GREY, f0[:, 0], 0.0)[patch] * pairs.more)
+        share = pairs.share * (1.0 + grey[patch] * pairs.more)
         # What fills up sends nothing, in a direction for which that can be worked out.
-        columns = (
-            (pairs.x, 0.0),
-            (pairs.y, 0.0),
-            (pairs.z, 0.0),
-            (pairs.lean, 1.0),
-            (pairs.alpha2, 1.0),
-        )
-        self._table = np.stack([in_rows(*column) for column in (*columns, (share, 0.0))])
-        self._more = in_rows(pairs.more, 0.0)[self._first[CONSERVING] :].copy()
-        self._receiver = in_rows(pairs.receiver, 0)
+        columns = (pairs.x, 0.0), (pairs.y, 0.0), (pairs.z, 0.0), (pairs.lean, 1.0)
+        columns = *columns, (pairs.alpha2, 1.0), (share, 0.0)
+        self._table = np.empty((_COLUMNS, count, _ROW), dtype=np.float32)
+        for laid, (values, fill) in zip(self._table.reshape(_COLUMNS, -1), columns, strict=True):
+            laid.fill(fill)
+            laid[slot] = values
+        first = np.searchsorted(kind[patch], CONSERVING)
+        more = np.zeros((count - self._first[CONSERVING], _ROW), dtype=np.float32)
+        more.reshape(-1)[slot[first:] - _ROW * self._first[CONSERVING]] = pairs.more[first:]
+        self._more = more
+        self._receiver = np.zeros((count, _ROW), dtype=np.int32)
+        self._receiver.reshape(-1)[slot] = pairs.receiver
         self._place = np.repeat(place[start], rows).astype(np.int32)[:, None].repeat(_ROW, axis=1)
         self._place.reshape(-1)[slot] = place
-        each = np.flatnonzero(np.diff(slot // _ROW * len(places.patch) + place, prepend=-1))
-        entries = np.ones(len(each), dtype=np.float32), (slot[each] // _ROW, place[each])
+        # Places follow each other, in a row as over all: where either changes the next one begins.
+        row = slot // _ROW
+        begins = np.ones(len(patch), dtype=np.bool_)
+        np.not_equal(place[1:], place[:-1], out=begins[1:])
+        begins[1:] |= row[1:] != row[:-1]
+        each = np.flatnonzero(begins)
+        entries = np.ones(len(each), dtype=np.float32), (row[each], place[each])
         shape = len(self._patch), len(places.patch)
         self._of_places = sparse.csr_matrix(entries, shape=shape)
 
