@@ -143,9 +143,9 @@ class GlossyPlaces:
         parts = [(row[far], SAMPLES * self.count + patch[far], share[far])]
         if cells is not None:
             much = np.flatnonzero(near & (share >= _MUCH))
-            in_cells, *of_cells = self._in_cells(row[much], patch[much], cells)
+            in_cells, of_cells = self._in_cells(row[much], patch[much], cells)
             near[much[in_cells]] = False
-            parts.append((of_cells[0], of_cells[1], of_cells[2]))
+            parts.append(of_cells)
         near_by = np.flatnonzero(near)
         parts.append(self._sampled(row[near_by], patch[near_by], share[near_by], at, normals))
         row, place, share = (np.concatenate(values) for values in zip(*parts, strict=True))
@@ -185,14 +185,14 @@ class GlossyPlaces:
         """
         away = at.take(row, axis=1)
         away -= self._at.take(place, axis=1)
-        distance = np.maximum(_lengths(away), self._least_distances[place])
+        distance: Array32 = np.maximum(_lengths(away), self._min_distances[place])
         away /= distance
         # A receiver that is wide itself sees each place from many directions.
-        reach = np.hypot(self._radii[place], radii[row]) / distance
+        size: Array32 = np.hypot(self._radii[place], radii[row])
         # What covers much of the hemisphere is touched, and seen from all heights.
         height = np.maximum(_OF_TOUCHED * np.sqrt(share), GRAZING).astype(np.float32)
         towards, lean = above(away.T, self._normals.take(place, axis=1).T, height)
-        width = _min_widths(share, reach, lean)
+        width = _min_widths(share, size / distance, lean)
         bent2 = self._bent2[place]
         alpha2 = np.maximum(bent2, width * width)
         shapes[:3] = towards.T
@@ -209,22 +209,22 @@ class GlossyPlaces:
 
     def _in_cells(
         self, row: IndexArray, patch: IndexArray, cells: sparse.csr_matrix
-    ) -> tuple[Mask, IndexArray, IndexArray, Array32]:
+    ) -> tuple[Mask, tuple[IndexArray, IndexArray, Array32]]:
         """(n,) which pairs of a receiver and a patch are seen in cells; and receiver, place and
         share of these."""
         seen, receivers = cells.tocoo(), cells.shape[1]
-        # Sorted as those of cells are, row by row: what is found last is near.
+        # Sorted as those of cells are, row by row: the next one is near the last.
         wanted = _keys(patch, row, receivers)
         order = np.argsort(wanted)
         wanted = wanted[order]
         key = _keys(self._patch_of_cell[seen.row], seen.col, receivers)
-        found = np.searchsorted(wanted, key)
-        found[found == len(wanted)] = 0
-        held = np.flatnonzero(wanted[found] == key) if len(wanted) else found[:0]
+        slot = np.searchsorted(wanted, key)
+        slot[slot == len(wanted)] = 0
+        held = np.flatnonzero(wanted[slot] == key) if len(wanted) else slot[:0]
         in_cells = np.zeros(len(wanted), dtype=np.bool_)
-        in_cells[order[found[held]]] = True
+        in_cells[order[slot[held]]] = True
         place = (SAMPLES + 1) * self.count + seen.row[held]
-        return in_cells, seen.col[held], place, seen.data[held]
+        return in_cells, (seen.col[held], place, seen.data[held])
 
     def _sampled(
         self, row: IndexArray, patch: IndexArray, share: Array32, at: Array32, normals: Array32
@@ -249,9 +249,7 @@ class GlossyPlaces:
         rows, places, shares = (np.concatenate(values) for values in zip(*parts, strict=True))
         return rows, places, shares
 
-    def _covered(
-        self, row: IndexArray, patch: IndexArray, at: Array32, facing: Array32
-    ) -> Array32:
+    def _covered(self, row: IndexArray, patch: IndexArray, at: Array32, facing: Array32) -> Array32:
         """(n, 16) what sample points cover of the hemispheres of receivers, times a constant.
 
         at, facing : (3, r) of the receivers [m], and their normals
@@ -311,12 +309,12 @@ class GlossyPlaces:
         return np.concatenate([samples, self._radius, cells]).astype(np.float32)
 
     @cached_property
-    def _least_distances(self) -> Array32:
-        """(k,) that places count as away from receivers [m]."""
-        least = np.float32(1e-3) * self._radius[self.patch]
+    def _min_distances(self) -> Array32:
+        """(k,) smallest that counts from a receiver to each place [m]."""
+        distance = np.float32(1e-3) * self._radius[self.patch]
         samples = SAMPLES * self.count
-        least[samples : samples + self.count] = np.float32(1e-9)
-        return np.asarray(least)
+        distance[samples : samples + self.count] = np.float32(1e-9)
+        return np.asarray(distance)
 
     @cached_property
     def normals(self) -> Array32:

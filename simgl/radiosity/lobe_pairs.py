@@ -89,16 +89,15 @@ class LobePairs:
         # Of grey lobes what they send besides is a factor.
         share = pairs.share * (1.0 + grey[patch] * pairs.more)
         # What fills up sends nothing, in a direction for which that can be worked out.
-        columns = (pairs.x, 0.0), (pairs.y, 0.0), (pairs.z, 0.0), (pairs.lean, 1.0)
-        columns = *columns, (pairs.alpha2, 1.0), (share, 0.0)
-        self._table = np.empty((_COLUMNS, count, _ROW), dtype=np.float32)
-        for laid, (values, fill) in zip(self._table.reshape(_COLUMNS, -1), columns, strict=True):
-            laid.fill(fill)
+        columns = pairs.x, pairs.y, pairs.z, pairs.lean, pairs.alpha2, share
+        self._table = np.zeros((_COLUMNS, count, _ROW), dtype=np.float32)
+        self._table[3:5] = 1.0
+        for laid, values in zip(self._table.reshape(_COLUMNS, -1), columns, strict=True):
             laid[slot] = values
         first = np.searchsorted(kind[patch], CONSERVING)
-        more = np.zeros((count - self._first[CONSERVING], _ROW), dtype=np.float32)
-        more.reshape(-1)[slot[first:] - _ROW * self._first[CONSERVING]] = pairs.more[first:]
-        self._more = more
+        before = int(self._first[CONSERVING])
+        self._more = np.zeros((count - before, _ROW), dtype=np.float32)
+        self._more.reshape(-1)[slot[first:] - _ROW * before] = pairs.more[first:]
         self._receiver = np.zeros((count, _ROW), dtype=np.int32)
         self._receiver.reshape(-1)[slot] = pairs.receiver
         self._place = np.repeat(place[start], rows).astype(np.int32)[:, None].repeat(_ROW, axis=1)
