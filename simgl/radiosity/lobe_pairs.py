@@ -13,16 +13,14 @@ import numpy as np
 from scipy import sparse
 
 from simgl.arrays import Array32, IndexArray, Mask
-from simgl.radiosity.glossy_places import GlossyPlaces, PlacePairs
+from simgl.radiosity.glossy_places import CONSERVING, GREY, GlossyPlaces, PlacePairs
 from simgl.radiosity.reflection_laws import LOBE_ROOM, ReflectionLaws, lobe_in
 
 # Pairs in a row: long ones are copied faster, short ones have less that is filled up.
 _ROW = 32
 # Rows that are worked out together: what numpy makes of their pairs stays in a processor's cache.
 _AT_ONCE = 512
-# What lobes send has powers of their reflectance at normal incidence, f0: grey ones in one weight,
-# coloured ones one and f0, and its square where they send on what met several microfacets.
-_GREY, _COLOURED, _CONSERVING = range(3)
+# Of f0, at most.
 _POWERS = 3
 # Of the table of pairs; and arrays that some rows are worked out in.
 _COLUMNS = 6
@@ -75,45 +73,42 @@ class LobePairs:
 
     def __init__(self, pairs: PlacePairs, places: GlossyPlaces, laws: ReflectionLaws) -> None:
         self.count = pairs.count
-        f0, conserving = laws.f0[places.law_of_patch], laws.conserving[places.law_of_patch]
-        kind = np.where(conserving, _CONSERVING, _COLOURED)
-        kind[(f0 == f0[:, :1]).all(axis=1)] = _GREY
-        order = _by_patch(pairs.place, places.patch, kind)
-        place = pairs.place[order]
+        f0, kind, place = laws.f0[places.law_of_patch], places.kind, pairs.place
         patch = places.patch[place]
         start = np.flatnonzero(np.diff(patch, prepend=-1))
         number = np.diff(start, append=len(patch))
         rows = -(-number // _ROW)
-        slot = np.arange(len(patch))
-        slot += np.repeat(_ROW * (np.cumsum(rows) - rows) - start, number)
-
-        def in_rows(values: Array32 | IndexArray, fill: float) -> Array32:
-            laid = np.full(_ROW * int(rows.sum()), fill, dtype=values.dtype)
-            laid[slot] = values[order]
-            return laid.reshape(-1, _ROW)
-
+        count = int(rows.sum())
+        slot = np.arange(len(patch), dtype=np.int32)
+        slot += np.repeat((_ROW * (np.cumsum(rows) - rows) - start).astype(np.int32), number)
         self._patch = np.repeat(patch[start], rows)
         self._f0 = f0
-        self._grey = np.where(kind == _GREY, f0[:, 0], np.float32(0.0))[self._patch]
+        grey = np.where(kind == GREY, f0[:, 0], np.float32(0.0))
+        self._grey = grey[self._patch]
         self._first = np.searchsorted(kind[self._patch], range(_POWERS + 1))
         # Of grey lobes what they send besides is a factor.
-        f0_of_pair = np.where(kind == _GREY, f0[:, 0], np.float32(0.0))[places.patch[pairs.place]]
-        share = pairs.share * (1.0 + f0_of_pair * pairs.more)
+        share = pairs.share * (1.0 + grey[patch] * pairs.more)
         # What fills up sends nothing, in a direction for which that can be worked out.
-        columns = (
-            (pairs.x, 0.0),
-            (pairs.y, 0.0),
-            (pairs.z, 0.0),
-            (pairs.lean, 1.0),
-            (pairs.alpha2, 1.0),
-        )
-        self._table = np.stack([in_rows(*column) for column in (*columns, (share, 0.0))])
-        self._more = in_rows(pairs.more, 0.0)[self._first[_CONSERVING] :].copy()
-        self._receiver = in_rows(pairs.receiver, 0)
+        columns = pairs.x, pairs.y, pairs.z, pairs.lean, pairs.alpha2, share
+        self._table = np.zeros((_COLUMNS, count, _ROW), dtype=np.float32)
+        self._table[3:5] = 1.0
+        for laid, values in zip(self._table.reshape(_COLUMNS, -1), columns, strict=True):
+            laid[slot] = values
+        first = np.searchsorted(kind[patch], CONSERVING)
+        before = int(self._first[CONSERVING])
+        self._more = np.zeros((count - before, _ROW), dtype=np.float32)
+        self._more.reshape(-1)[slot[first:] - _ROW * before] = pairs.more[first:]
+        self._receiver = np.zeros((count, _ROW), dtype=np.int32)
+        self._receiver.reshape(-1)[slot] = pairs.receiver
         self._place = np.repeat(place[start], rows).astype(np.int32)[:, None].repeat(_ROW, axis=1)
         self._place.reshape(-1)[slot] = place
-        each = np.flatnonzero(np.diff(slot // _ROW * len(places.patch) + place, prepend=-1))
-        entries = np.ones(len(each), dtype=np.float32), (slot[each] // _ROW, place[each])
+        # Places follow each other, in a row as over all: where either changes the next one begins.
+        row = slot // _ROW
+        begins = np.ones(len(patch), dtype=np.bool_)
+        np.not_equal(place[1:], place[:-1], out=begins[1:])
+        begins[1:] |= row[1:] != row[:-1]
+        each = np.flatnonzero(begins)
+        entries = np.ones(len(each), dtype=np.float32), (row[each], place[each])
         shape = len(self._patch), len(places.patch)
         self._of_places = sparse.csr_matrix(entries, shape=shape)
 
@@ -208,21 +203,8 @@ class LobePairs:
         else:
             weights[1][:] = lobe
         if len(weights) == _POWERS:
-            of_more = rows - self._first[_CONSERVING]
+            of_more = rows - self._first[CONSERVING]
             more = np.take(self._more, of_more, axis=0, out=factor, mode="clip")
             np.multiply(lobe, more, out=weights[2])
             more *= grazing
             weights[1] += more
-
-
-def _by_patch(place: IndexArray, patch: IndexArray, kind: IndexArray) -> IndexArray:
-    """(n,) the order of pairs by the kinds (g,) of their patches, by patch and by place (n,).
-
-    patch : (k,) of the places
-    """
-    rank = np.empty(len(patch), dtype=np.int64)
-    rank[np.lexsort((patch, kind[patch]))] = np.arange(len(patch))
-    # One row for each place, which lists its pairs: faster than to sort them.
-    number, held = np.arange(len(place)), np.ones(len(place), dtype=np.bool_)
-    listed = sparse.csr_matrix((held, (rank[place], number)), shape=(len(patch), len(place)))
-    return np.asarray(listed.indices)

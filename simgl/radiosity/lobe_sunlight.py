@@ -169,7 +169,7 @@ class LobeSunlight:
         transport, cells = self._transport, None
         if transport.cells is not None:
             cells = transport.cells.gather[self._places.cells, part]
-        seen = gather.tocsr()[:, self._places.glossy].tocoo()
+        seen = gather[:, self._places.glossy].tocsr().tocoo()
         pairs = self._places.pairs(
             seen,
             transport.start_places[part],
@@ -182,7 +182,7 @@ class LobeSunlight:
     @cached_property
     def _to_patches(self) -> LobePairs:
         transport = self._transport
-        seen = transport.form_factors.tocsr()[:, self._places.glossy].tocoo()
+        seen = transport.form_factors[:, self._places.glossy].tocsr().tocoo()
         # Of the sample points whose rays count, as ``form_factors`` has them.
         places, normals = (
             open_in_turn(vectors, transport.point_open)

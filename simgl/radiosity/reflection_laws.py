@@ -12,6 +12,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from simgl.arrays import Array, Array32, IndexArray, Mask
+from simgl.disk_cache import Arrays, computed_once
 from simgl.physics.directional_albedo import lobe_albedo
 from simgl.scene.materials import Material
 
@@ -191,8 +192,16 @@ def lost_by_widening(alpha2: Array32, wider: Array32) -> Array32:
 def _once_of_widths() -> tuple[Array, Array]:
     """Widths of lobes, and what those of f0 = 1 reflect of uniform light."""
     widths = np.linspace(0.02, 1.0, _STEPS)
-    once = [np.sum(_lobe(float(alpha)), axis=0)[:, None] for alpha in widths]
-    return widths, _uniform(np.stack(once))[:, 0]
+
+    def made() -> Arrays:
+        once = [np.sum(_lobe(float(alpha)), axis=0)[:, None] for alpha in widths]
+        return {"once": _uniform(np.stack(once))[:, 0]}
+
+    made_by = __name__, "simgl.physics.directional_albedo", "numpy"
+    of_widths = computed_once(
+        "tables", made_by, "once", made, lambda arrays: arrays["once"].shape == widths.shape
+    )
+    return widths, of_widths["once"]
 
 
 def _cosines() -> Array:
