@@ -282,11 +282,14 @@ class Simulator(AbstractContextManager["Simulator"]):
             draw=draw,
             interreflection=self._interreflection(state),
         )
-        view = cache(lambda margin: self._view(_around(state, camera, margin), camera))
+        view = cache(lambda margin: self._view(state, camera, margin))
         return StillScene(self._renderer, state, view, info)
 
-    def _view(self, state: SceneState, camera: str, part: ExposurePart | None = None) -> FrameView:
-        """The view of a camera at a state, or over the part of an exposure around it."""
+    def _view(
+        self, state: SceneState, camera: str, margin: int = 0, part: ExposurePart | None = None
+    ) -> FrameView:
+        """The view of a camera at a state with so many pixels around its image, or over the part of
+        an exposure around it."""
         placed = state.cameras.get(camera)
         # Thermal images do not need visible light between surfaces.
         lit = placed is None or placed.camera.thermal is None
@@ -301,6 +304,7 @@ class Simulator(AbstractContextManager["Simulator"]):
                 gather=self.scenario.gather,
                 glossy_reflections=lit and self.scenario.glossy_reflections,
                 joint_light=self.scenario.joint_light,
+                margin=margin,
                 part=part,
             )
         except ConfigError as error:
@@ -314,7 +318,8 @@ class Simulator(AbstractContextManager["Simulator"]):
         camera = still.camera.name
         if during is None:
             return still
-        around = _around(still.state, camera, image_margin(still.camera))
+        seen_by = still.state.cameras[camera].camera
+        around = with_settings(still.state, seen_by.with_margin(image_margin(still.camera)))
         if (scene := moving_scene(around, camera, during)) is None:
             info, length = still.info, still.camera.exposure_time
 
@@ -323,7 +328,9 @@ class Simulator(AbstractContextManager["Simulator"]):
 
             lit = with_mean_sunlight(still.state, camera, at, 0.0, length)
             return still if lit is still.state else self._still(lit, camera, info.seed, info.draw)
-        moving = MovingViews(scene=scene, view_of=lambda part: self._view(part.state, camera, part))
+        moving = MovingViews(
+            scene=scene, view_of=lambda part: self._view(part.state, camera, part=part)
+        )
         return replace(still, moving=moving, lit={}, drawn={})
 
     def _interreflection(self, state: SceneState) -> Literal["off", "quick", "exact"]:
@@ -409,8 +416,3 @@ class Simulator(AbstractContextManager["Simulator"]):
 
     def __exit__(self, *_: object) -> None:
         self.close()
-
-
-def _around(state: SceneState, camera: str, margin: int) -> SceneState:
-    """A state in which a camera sees so many pixels around its image."""
-    return with_settings(state, state.cameras[camera].camera.with_margin(margin))

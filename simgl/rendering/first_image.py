@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 
+from simgl.camera.camera import Camera
 from simgl.camera.image_margin import image_margin
 from simgl.camera.pixel_ramp import pixel_ramps
 from simgl.errors import SimglError
 from simgl.progress import ProgressCallback
 from simgl.rendering.camera_pipeline import CameraPipeline
 from simgl.rendering.renderer import Renderer
-from simgl.rendering.still_scene import with_settings
 from simgl.scenario.scenario import Scenario
 from simgl.scene.state import SceneState
 from simgl.view.background import sky_view
@@ -56,9 +56,8 @@ def _draw_unseen(renderer: Renderer, pipeline: CameraPipeline, scenario: Scenari
         return
     state = scenario.at(scenario.epoch_tai_ns)
     seen_by = state.cameras[camera].camera
-    state = with_settings(state, seen_by.with_margin(image_margin(seen_by)))
     try:
-        view = _dark_view(renderer, scenario, state, camera)
+        view = _dark_view(renderer, scenario, state, seen_by)
     except SimglError:
         # Whoever asks for that image is told.
         return
@@ -67,12 +66,15 @@ def _draw_unseen(renderer: Renderer, pipeline: CameraPipeline, scenario: Scenari
     pipeline.digital(seen_by, state.tai_ns, scenario.seed, electrons)
 
 
-def _dark_view(renderer: Renderer, scenario: Scenario, state: SceneState, camera: str) -> FrameView:
+def _dark_view(
+    renderer: Renderer, scenario: Scenario, state: SceneState, camera: Camera
+) -> FrameView:
     return frame_view(
         state,
-        camera,
+        camera.name,
         sample_budget=renderer.sample_budget,
         samples_per_pixel=scenario.samples_per_pixel,
         gather="dark",
         joint_light=scenario.joint_light,
+        margin=image_margin(camera),
     )

@@ -120,6 +120,7 @@ def frame_view(
     gather: Gather | Dark = "vertex",
     glossy_reflections: bool = False,
     joint_light: JointLight = "exact",
+    margin: int = 0,
     part: ExposurePart | None = None,
 ) -> FrameView:
     """What one camera of the scene draws.
@@ -132,11 +133,14 @@ def frame_view(
     glossy_reflections : that light in the lobes of glossy surfaces by rays, not uniform
     joint_light : that light where joints have moved parts: pair by pair of rigid groups, or by a
         bake of each pose
+    margin : so many pixels around the image are drawn, too. Not by a state with a larger camera:
+        what does not depend on cameras is worked out once for each state
     part : of an exposure, of which this state is the middle; None for the state itself
 
     Raises ConfigError where the camera is inside a body or the Earth.
     """
     placed = state.cameras[camera_name]
+    placed = replace(placed, camera=placed.camera.with_margin(margin))
     real = placed.camera
     rows = None if part is None else part.rows
     if part is not None and part.names is not None:

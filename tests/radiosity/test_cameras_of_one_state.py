@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from simgl import Product, Simulator
-from simgl.arrays import Array32
+from simgl.arrays import Array, Array32
 from simgl.radiosity.precomputed_response import PrecomputedResponse
 from simgl.radiosity.solver import vertex_irradiance
-from simgl.scene.state import SceneState, SunInDirection
+from simgl.scene.state import DirectLight, SceneState, SunInDirection
 from tests.radiosity.boxes import c6_scene
 
 RADIANCE = frozenset({Product.RADIANCE})
@@ -62,6 +62,25 @@ def test_four_cameras_of_a_state_share_one_solution(
         with Simulator(scenario, gl) as alone:
             np.testing.assert_array_equal(found, picture(alone, state, name))
     assert len(solved) == 5
+
+
+def test_the_direct_light_of_a_state_is_worked_out_once_for_all_cameras(
+    gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    places: list[bytes] = []
+    direct_light = SceneState._direct_light
+
+    def watched(state: SceneState, point: Array) -> DirectLight:
+        places.append(point.tobytes())
+        return direct_light(state, point)
+
+    monkeypatch.setattr(SceneState, "_direct_light", watched)
+    scenario = c6_scene(0.8, on=True)
+    state = four_cameras(scenario.at(scenario.epoch_tai_ns))
+    with Simulator(scenario, gl) as simulator:
+        places.clear()
+        simulator.captures(state, dict.fromkeys(state.cameras, RADIANCE))
+    assert len(places) == len(set(places)) > 0
 
 
 def test_another_material_or_attitude_has_its_own_solution(
