@@ -59,6 +59,23 @@ float beam_profile(Lamp lamp, float angle) {
     return 0.5 + 0.5 * cos(PI * clamp((angle - lamp.half_angle) / lamp.edge, 0.0, 1.0));
 }
 
+// Irradiance vector of an aperture of unit intensity [m-2], towards the light: integral of unit vectors over
+// squared distances, which is also the attraction of a uniform disc.
+//
+// On the axis it is closed, 2 / (q (q + d)) with q^2 = d^2 + R^2. The terms for points beside it follow
+// from the disc's multipoles 1 - x P2 / 4 + x^2 P4 / 8, x = R^2 / d^2, as fractions. They leave 1e-3 from three
+// radii on, and 2e-2 at 1.5 radii.
+//
+// v : the surface from the lamp [m]
+vec3 aperture_field(Lamp lamp, vec3 v) {
+    float R2 = lamp.radius * lamp.radius, d = length(v), q = sqrt(d * d + R2);
+    vec3 beam = v / d;
+    float c = dot(beam, lamp.axis), sine2 = 1.0 - c * c, x = min(R2 / (d * d), 0.5);
+    float along = 1.0 + 1.125 * sine2 * x / (1.0 + x * (2.03 - 2.43 * sine2));
+    float across = 0.75 * c * x / (1.0 + x * (2.92 * c * c - 1.25));
+    return 2.0 / (q * (q + d)) * (across * (c * beam - lamp.axis) - along * beam);
+}
+
 // A place that a lamp may light, on the lamp's map: a little over the triangle that it lies on.
 struct LampReceiver {
     vec2 place;     // [texels], the middle of the first at 0
@@ -375,17 +392,18 @@ float lamp_lit(Surface s, Lamp lamp, vec3 v) {
 // How the light of a lamp comes to a surface.
 struct LampLight {
     Disc disc;
-    float beam;   // intensity over that within the cone
-    float r;      // distance [m]
+    float beam;     // intensity over that within the cone
+    float facing;   // irradiance of a plane that faces it, by its intensity [m-2]
 };
 
 LampLight light_of(Surface s, Lamp lamp) {
-    vec3 v = s.place - lamp.place;
+    vec3 v = s.place - lamp.place, field = aperture_field(lamp, v);
     LampLight light;
+    // The edge of the beam is that of a point in the middle of the aperture.
     light.beam = beam_profile(lamp, atan(length(cross(v, lamp.axis)), dot(v, lamp.axis)));
-    // Closer than its own radius a lamp is no point any more: the law stops there.
-    light.r = max(length(v), lamp.radius);
-    light.disc = Disc(-normalize(v), atan(lamp.radius, light.r), vec4(0.0), vec4(0.0));
+    light.facing = length(field);
+    float radius = atan(lamp.radius, max(length(v), lamp.radius));
+    light.disc = Disc(field / light.facing, radius, vec4(0.0), vec4(0.0));
     return light;
 }
 
@@ -410,7 +428,7 @@ vec4 reflected_lamp(Surface s, LampLight light, float lit) {
     // With its centre below the surface's own horizon the disc is cut already.
     float reached = light.beam * facing * (dot(s.n, wi) > 0.0 ? lit : 1.0);
     vec4 reflected = vec4(0.0);
-    if (reached > 0.0) reflected = reflection(s, light.disc) * (reached / (light.r * light.r));
+    if (reached > 0.0) reflected = reflection(s, light.disc) * (reached * light.facing);
     return reflected;
 }
 

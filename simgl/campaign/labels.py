@@ -163,15 +163,18 @@ def _hidden(
     hidden = np.zeros(len(places), dtype=np.bool_)
     towards = body.in_body(pinhole) - places
     distance = np.linalg.norm(towards, axis=1, keepdims=True)
-    start = places + ON_SURFACE * body.model.posed_mesh.radius * towards / distance
+    directions = towards / np.maximum(distance, np.finfo(np.float64).tiny)
+    start = places + ON_SURFACE * body.model.posed_mesh.radius * directions
+    # Surfaces of the camera's own spacecraft at the pinhole or behind it hide nothing. Lines have
+    # float32, which places their ends to some 1e-7 of their length.
+    left = (1.0 - 1e-6) * distance[:, 0] - ON_SURFACE * body.model.posed_mesh.radius
     for other in bodies.values():
         if other is body:
-            origins, directions = start, towards
+            origins, ways = start, directions
         else:
             turn = other.pose.R_icrf_from_body.T @ body.pose.R_icrf_from_body
             shift = other.in_body(body.pose.position)
-            origins, directions = start @ turn.T + shift, towards @ turn.T
-        hits, along = ray_tracer(other.model.posed_mesh).hits(origins, directions)
-        # Surfaces of the camera's own spacecraft behind the pinhole hide nothing.
-        hidden |= (hits >= 0) & (along < 1.0)
+            origins, ways = start @ turn.T + shift, directions @ turn.T
+        hits, along = ray_tracer(other.model.posed_mesh).hits(origins, ways)
+        hidden |= (hits >= 0) & (along < left)
     return hidden

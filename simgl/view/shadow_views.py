@@ -25,6 +25,7 @@ from simgl.rays import ray_tracer
 from simgl.sample_grid import ANGLE
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.state import BodyState, SceneState, SunSeen
+from simgl.view.depth_slices import NEAREST
 
 # Texels along a map's edge.
 SIZES = (512, 768, 1024, 1536, 2048)
@@ -392,20 +393,21 @@ def _nearest(centre: Array, radius: float, body_from_camera: Array) -> float:
 
 
 def _seen(body: BodyState, camera: Camera, body_from_camera: Array) -> tuple[Array, float] | None:
-    """Points (n, 3) of a body that the image shows, body axes [m], and the least distance [m]."""
+    """Points (n, 3) of a body that the image shows, body axes [m], and the least depth [m]."""
     d = camera.detector
     rays = _probes(camera.intrinsics.tobytes(), d.width, d.height) @ body_from_camera[:3, :3].T
-    origins = np.repeat(body_from_camera[None, :3, 3], len(rays), axis=0)
+    # Nothing nearer is drawn: a camera may lie on the spacecraft that carries it.
+    origins = body_from_camera[:3, 3] + NEAREST * rays
     triangle, distance = ray_tracer(body.model.posed_mesh).hits(origins, rays)
     hit = triangle >= 0
     if not np.any(hit):
         return None
-    return origins[hit] + distance[hit, None] * rays[hit], float(distance[hit].min())
+    return origins[hit] + distance[hit, None] * rays[hit], NEAREST + float(distance[hit].min())
 
 
 @lru_cache(maxsize=16)
 def _probes(intrinsics: bytes, width: int, height: int) -> Array:
-    """(n, 3) rays of some length over an image, camera axes."""
+    """(n, 3) rays over an image to a depth of 1, camera axes."""
     columns, rows = _PROBES
     x, y = np.linspace(0.0, width, columns), np.linspace(0.0, height, rows)
     pixels = np.stack([*(g.ravel() for g in np.meshgrid(x, y)), np.ones(columns * rows)])

@@ -120,6 +120,35 @@ def test_pose_box_and_keypoints_of_a_box_by_hand(gl: moderngl.Context) -> None:
     }
 
 
+@pytest.mark.parametrize("gap", [0.0, 0.001, 0.02, 1.0])
+def test_the_craft_behind_the_pinhole_hides_nothing(gl: moderngl.Context, gap: float) -> None:
+    """A camera so far [m] before its carrier, of a target with a radius of 10 m."""
+    made = scene(
+        {
+            "target": {
+                "model": {"box": {"size_m": [18.0, 8.0, 4.0], "material": lambert(0.5)}},
+                "position_icrf_m": [0.0, 0.0, 0.0],
+            },
+            "chaser": {
+                "model": {"box": {"size_m": [1.0, 1.0, 1.0], "material": lambert(0.5)}},
+                "position_icrf_m": [0.0, 0.0, 30.5 + gap],
+            },
+        },
+        {
+            "on": "chaser",
+            "position_body_m": [0.0, 0.0, -0.5 - gap],
+            "boresight": [0.0, 0.0, -1.0],
+            "up": [0.0, 1.0, 0.0],
+            "focal_length_mm": 0.6,
+        },
+    )
+    places = {"corner": np.array([9.0, 4.0, 2.0]), "back": np.array([9.0, 4.0, -2.0])}
+    target = replace(made.models["target"], keypoints=places)
+    label = labels_of(gl, replace(made, models={**made.models, "target": target}))["target"]
+    seen = {point.name: point.visibility for point in label.keypoints}
+    assert seen == {"corner": Visibility.SEEN, "back": Visibility.HIDDEN}
+
+
 @old_numpy
 def test_coco_file_says_the_same_to_its_own_reader(gl: moderngl.Context, tmp_path: Path) -> None:
     scenario = box_behind_a_plate()

@@ -169,6 +169,18 @@ def test_texture_coordinates_may_be_whole_numbers_and_of_the_second_set(tmp_path
     np.testing.assert_array_equal(model.mesh.uv, [[0, 1], [1, 1], [1, 0], [0, 0]])
 
 
+def test_whole_numbers_that_are_no_fractions_are_refused(tmp_path: Path) -> None:
+    """Pixels of the image, say: as fractions they would all lie in its first texel."""
+    document = square()
+    attributes = document.json["meshes"][0]["primitives"][0]["attributes"]
+    attributes["TEXCOORD_0"] = document.accessor([[0, 9], [9, 9], [9, 0], [0, 0]], 5123)
+    use = {"index": document.texture([[9]])}
+    document.json["materials"] = [{"pbrMetallicRoughness": {"baseColorTexture": use}}]
+    index = attributes["TEXCOORD_0"]
+    with pytest.raises(AssetError, match=f"accessor {index} has integers that are not normalized"):
+        loaded(document, tmp_path)
+
+
 @pytest.mark.parametrize("form", ["embedded", "data", "beside", "jpeg", "grey 16", "palette"])
 def test_an_image_may_lie_anywhere_and_be_of_any_kind(form: str, tmp_path: Path) -> None:
     document = square()

@@ -14,7 +14,7 @@ from simgl.scene.lamps import (
     beam_solid_angle,
     lamp_state,
 )
-from tests.reference.lamps import lamp_irradiance
+from tests.reference.lamps import point_irradiance
 
 POWER = np.array([1.0, 2.0, 3.0, 4.0])
 
@@ -55,32 +55,32 @@ def test_what_passes_a_sphere_around_the_lamp_is_its_power(
         angle = np.radians(low + 0.5 * (high - low) * (nodes + 1.0))
         out = np.stack([np.sin(angle), 0.0 * angle, np.cos(angle)], axis=1)
         ring = 2.0 * np.pi * np.sin(angle) * np.radians(0.5 * (high - low)) * weights
-        total += 49.0 * ring @ lamp_irradiance(spot, spot.position + 7.0 * out, -out)
+        total += 49.0 * ring @ point_irradiance(spot, spot.position + 7.0 * out, -out)
     # An edge of 0.01 deg goes from a cosine of seven digits to the next.
     np.testing.assert_allclose(total, POWER, rtol=1e-8)
 
 
 def test_irradiance_falls_with_the_distance_squared() -> None:
-    near, far = (lamp_irradiance(lamp(), *at(15.0, r)) for r in (2.0, 20.0))
+    near, far = (point_irradiance(lamp(), *at(15.0, r)) for r in (2.0, 20.0))
     np.testing.assert_allclose(near, 100.0 * far, rtol=1e-12)
     np.testing.assert_allclose(near[0] * 4.0, lamp().lamp.intensity, rtol=1e-12)
 
 
 def test_irradiance_goes_with_the_cosine_and_ends_behind_the_surface() -> None:
     point, facing = at(0.0, 5.0)
-    full = lamp_irradiance(lamp(), point, facing)
+    full = point_irradiance(lamp(), point, facing)
     for tilt in (30.0, 60.0, 89.0, 91.0, 180.0):
         t = np.radians(tilt)
         normal = np.array([[np.sin(t), 0.0, -np.cos(t)]])
         expected = full * max(np.cos(t), 0.0)
-        np.testing.assert_allclose(lamp_irradiance(lamp(), point, normal), expected, atol=1e-15)
+        np.testing.assert_allclose(point_irradiance(lamp(), point, normal), expected, atol=1e-15)
 
 
 def test_the_cone_ends_in_half_a_cosine() -> None:
     for angle, share in ((0.0, 1.0), (20.0, 1.0), (20.5, 0.5 + 0.5**1.5), (21.0, 0.5), (22.0, 0.0)):
-        got = lamp_irradiance(lamp(), *at(angle, 5.0))
+        got = point_irradiance(lamp(), *at(angle, 5.0))
         np.testing.assert_allclose(got[0], share * lamp().lamp.intensity / 25.0, atol=1e-12)
-    assert not lamp_irradiance(lamp(), *at(180.0, 5.0)).any()
+    assert not point_irradiance(lamp(), *at(180.0, 5.0)).any()
     assert beam_profile(np.array(0.3), 0.2, 0.05) == 0.0
 
 
