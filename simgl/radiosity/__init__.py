@@ -7,8 +7,7 @@ A bake traces rays from a body's surfaces once (``bake``, with ``remesh``, ``pat
 ``light_transport``, stays in memory and in files (``transport_store``). In each frame
 ``patch_light`` solves for the light that leaves the patches under the ``incident_light``, by
 ``solver`` and what it has precomputed
-(``precomputed_response``, the first of it in files by its ``response_inputs``, ``sunlit_patches``,
-``sky_cells``); metal sends sunlight on in lobes
+(``precomputed_response``, ``sunlit_patches``, ``sky_cells``); metal sends sunlight on in lobes
 (``lobe_sunlight``, from ``glossy_places`` in ``lobe_pairs`` by ``reflection_laws``), and others
 take it away (``hidden_sunlight``). ``neighbour_light`` adds what spacecraft near each other
 exchange to the ``isolated_light`` of each, by the paths of ``between_spacecraft`` from and to each
