@@ -108,12 +108,17 @@ def earthshine(gl: moderngl.Context, *arguments: Any, **options: Any) -> Array:
 
 
 @contextmanager
-def opened_earthshine(gl: moderngl.Context, model: Table) -> Iterator[Callable[..., Array]]:
-    """``earthshine`` of one model in whatever attitude and sunlight."""
-    scenarios = (before(model, Rotation.identity(), UP, 0.0, earth=e) for e in (EARTH, BARE))
+def opened_earthshine(
+    gl: moderngl.Context, model: Table, beside: Table | None = None
+) -> Iterator[Callable[..., Array]]:
+    """``earthshine`` of one model in whatever place, attitude and sunlight, beside another."""
+    scenarios = (
+        before(model, Rotation.identity(), UP, 0.0, earth=earth, beside=beside)
+        for earth in (EARTH, BARE)
+    )
     with ExitStack() as stack:
         with_earth, without = (stack.enter_context(opened(gl, scenario)) for scenario in scenarios)
-        yield partial(_of_earth, with_earth, without, model)
+        yield partial(_of_earth, with_earth, without, model, beside=beside)
 
 
 def _of_earth(

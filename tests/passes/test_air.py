@@ -21,7 +21,7 @@ from simgl.scene.earth import Earth
 from simgl.simulator import Product, Simulator
 from tests.authorities.us_standard_1976 import density_by_integration
 from tests.passes.air_scenes import RADIUS, Window, sphere, window
-from tests.scenes import lambert, radiance, scene
+from tests.scenes import lambert, opened, scene
 
 UP, NORTH, EAST = np.eye(3)
 EXAMPLE = Path(__file__).parents[2] / "examples" / "limb.toml"
@@ -259,11 +259,9 @@ def test_a_camera_below_the_ground_is_an_error(gl: moderngl.Context) -> None:
 def test_a_wall_is_as_bright_before_ground_limb_and_space(gl: moderngl.Context) -> None:
     """One Lambertian wall from above, across the limb, and from below: its light is the same."""
     wall = {"plate": {"width_m": 6.0, "height_m": 6.0, "material": lambert(0.5)}}
-    seen, behind = [], []
-    for drop_deg in (70.0, 19.8, -40.0):
-        view = direction(-drop_deg)
-        place = 6.771e6 * UP
-        scenario = scene(
+    place = 6.771e6 * UP
+    scenarios = [
+        scene(
             # The plate's normal is body z: it faces south, where the cameras stand.
             {
                 "wall": {
@@ -273,7 +271,7 @@ def test_a_wall_is_as_bright_before_ground_limb_and_space(gl: moderngl.Context) 
                 }
             },
             {
-                "position_icrf_m": (place - 400.0 * view).tolist(),
+                "position_icrf_m": (place - 400.0 * direction(-drop_deg)).tolist(),
                 "look_at": "wall",
                 "up": UP.tolist(),
                 "focal_length_mm": 8.0,
@@ -283,9 +281,12 @@ def test_a_wall_is_as_bright_before_ground_limb_and_space(gl: moderngl.Context) 
             sun_direction=tuple(direction(30.0, 180.0)),
             earth={"shape": "sphere", "radius_km": 6371.0, "albedo": 0.3, "atmosphere": "source"},
         )
-        image = radiance(gl, scenario)
-        seen.append(image[32, 32])
-        behind.append(image[32, 2, 2])
+        for drop_deg in (70.0, 19.8, -40.0)
+    ]
+    with opened(gl, scenarios[0]) as drawn:
+        images = [drawn(scenario) for scenario in scenarios]
+    seen = [image[32, 32] for image in images]
+    behind = [image[32, 2, 2] for image in images]
     assert behind[0] > behind[2] == 0.0
     np.testing.assert_allclose(seen[1], seen[0], rtol=1e-4)
     np.testing.assert_allclose(seen[2], seen[0], rtol=1e-4)
@@ -335,10 +336,10 @@ def test_a_black_ball_at_the_end_of_the_air_looks_like_what_is_behind(
     b = float(np.dot(place, view))
     d = b * b - np.dot(place, place) + (RADIUS + 1e3 * ball_km) ** 2
     way = -b - np.sqrt(d) if camera_km > ball_km else -b + np.sqrt(d)
-    pictures = []
-    for craft in ({"ball": {"model": ball, "position_icrf_m": (place + way * view).tolist()}}, {}):
-        scenario = scene(
-            craft,
+    # Over the camera no image shows it.
+    scenarios = [
+        scene(
+            {"ball": {"model": ball, "position_icrf_m": position.tolist()}},
             {
                 "position_icrf_m": place.tolist(),
                 "boresight": view.tolist(),
@@ -351,7 +352,10 @@ def test_a_black_ball_at_the_end_of_the_air_looks_like_what_is_behind(
             earth={"shape": "sphere", "radius_km": 6371.0, "albedo": 0.0, "atmosphere": "source"},
             sun={"visible": False},
         )
-        pictures.append(radiance(gl, scenario)[16, 16])
+        for position in (place + way * view, 2.0 * place)
+    ]
+    with opened(gl, scenarios[0]) as drawn:
+        pictures = [drawn(scenario)[16, 16] for scenario in scenarios]
     # The march itself against the view's table: 0.3 %. Below the ball 200 m of air are missing.
     np.testing.assert_allclose(pictures[0], pictures[1], rtol=3e-2 if ball_km < 1.0 else 5e-3)
     assert pictures[0].min() > 0.0

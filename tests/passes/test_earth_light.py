@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
+from functools import cache
 
 import moderngl
 import numpy as np
@@ -55,6 +57,21 @@ def of_white_ball(module_gl: moderngl.Context) -> Iterator[Callable[..., Array]]
         yield drawn
 
 
+@pytest.fixture(scope="module")
+def of_metal_plates(
+    module_gl: moderngl.Context,
+) -> Iterator[Callable[[float], Callable[..., Array]]]:
+    """The same on a plate of metal, by its roughness."""
+    with ExitStack() as stack:
+
+        @cache
+        def drawn(roughness: float) -> Callable[..., Array]:
+            metal = plate({"reflectance": 1.0, "metallic": 1.0, "roughness": roughness})
+            return stack.enter_context(opened_earthshine(module_gl, metal))
+
+        yield drawn
+
+
 @pytest.mark.parametrize("zenith", IRRADIANCE)
 @pytest.mark.parametrize("case", range(4))
 def test_a_white_plate_has_the_earths_irradiance(
@@ -82,12 +99,12 @@ def test_a_plate_has_the_irradiance_of_a_lit_limb(
 
 
 def test_a_plate_at_200_km_has_the_irradiance_of_a_lit_limb(
-    gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch
+    of_white_plate: Callable[..., Array], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """All that the Sun lights, 98 deg from the zenith, is seen within 2.4 deg of the limb."""
     monkeypatch.setattr(earth_light_scenes, "PLACE", (R + 2.0e5) * UP)
     normal = facing(65.0, 0.0)
-    got = as_irradiance(earthshine(gl, WHITE_PLATE, attitude(normal, 0.4), normal, 98.0))
+    got = as_irradiance(of_white_plate(attitude(normal, 0.4), normal, 98.0))
     # By direct quadrature; the strip is 7 texels wide.
     np.testing.assert_allclose(got, 0.13632, rtol=0.01, atol=0.0015)
 
@@ -116,28 +133,30 @@ def by_quadrature(height: float, normal: Array, zenith_deg: float) -> float:
 @pytest.mark.parametrize("height", [2e6, 8e6, 36e6])
 @pytest.mark.parametrize("zenith", [0.0, 100.0])
 def test_a_plate_far_above_has_the_earths_irradiance(
-    gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch, height: float, zenith: float
+    of_white_plate: Callable[..., Array],
+    monkeypatch: pytest.MonkeyPatch,
+    height: float,
+    zenith: float,
 ) -> None:
     """Where the Earth is small it still spans many texels, wherever it lies among them."""
     monkeypatch.setattr(earth_light_scenes, "PLACE", (R + height) * UP)
     for tilt in (0.0, 50.0):
         normal = facing(tilt, 20.0)
-        got = as_irradiance(earthshine(gl, WHITE_PLATE, attitude(normal, 0.4), normal, zenith))
+        got = as_irradiance(of_white_plate(attitude(normal, 0.4), normal, zenith))
         np.testing.assert_allclose(got, by_quadrature(height, normal, zenith), rtol=5e-3)
 
 
 @pytest.mark.parametrize("case", range(4))
 def test_finer_texels_change_nothing_where_the_sun_is_high_enough_for_coarse_ones(
-    gl: moderngl.Context,
-    of_white_plate: Callable[..., Array],
-    monkeypatch: pytest.MonkeyPatch,
-    case: int,
+    of_white_plate: Callable[..., Array], monkeypatch: pytest.MonkeyPatch, case: int
 ) -> None:
     normal = facing(*TILT_AZIMUTH[case])
     arguments = attitude(normal, 0.4), normal, 84.9
     coarse = as_irradiance(of_white_plate(*arguments))
     monkeypatch.setattr("simgl.view.background.SKY_TEXELS", TERMINATOR_TEXELS)
-    fine = as_irradiance(earthshine(gl, WHITE_PLATE, *arguments))
+    fine = as_irradiance(of_white_plate(*arguments))
+    # Both were drawn, not one of them looked up.
+    assert fine != coarse
     # An eighth of a texel's square times the second derivative: as far as C5 may be off itself.
     np.testing.assert_allclose(coarse, fine, rtol=2e-3)
 
@@ -163,20 +182,21 @@ def test_a_plate_beside_another_spacecraft_has_the_same_irradiance(
     """Two spacecraft 15 m apart share a sky, in the axes of the first."""
     turn = Rotation.from_rotvec([0.7, -1.1, 0.4])
     beside = {
-        "model": plate(lambert(1.0)),
+        "model": WHITE_PLATE,
         "position_icrf_m": np.add(PLACE, [-9.0, 12.0, 0.0]).tolist(),
         "quaternion_icrf_from_body_xyzw": turn.as_quat().tolist(),
     }
-    for expected, (tilt, azimuth) in zip(IRRADIANCE[zenith], TILT_AZIMUTH, strict=True):
-        normal = facing(tilt, azimuth)
-        arguments = plate(lambert(1.0)), attitude(normal, 0.4), normal, zenith
-        scenario = before(*arguments, earth=EARTH, beside=beside)
-        state = scenario.at(scenario.epoch_tai_ns)
-        skies = [sky_view(state, name, body) for name, body in state.bodies.items()]
-        assert len({None if sky is None else sky.key for sky in skies}) == 1
-        # Between the map's points, as on the sphere above.
-        got = as_irradiance(earthshine(gl, *arguments, beside=beside))
-        np.testing.assert_allclose(got, expected, rtol=0.01)
+    with opened_earthshine(gl, WHITE_PLATE, beside) as of_pair:
+        for expected, (tilt, azimuth) in zip(IRRADIANCE[zenith], TILT_AZIMUTH, strict=True):
+            normal = facing(tilt, azimuth)
+            arguments = attitude(normal, 0.4), normal, zenith
+            scenario = before(WHITE_PLATE, *arguments, earth=EARTH, beside=beside)
+            state = scenario.at(scenario.epoch_tai_ns)
+            skies = [sky_view(state, name, body) for name, body in state.bodies.items()]
+            assert len({None if sky is None else sky.key for sky in skies}) == 1
+            # Between the map's points, as on the sphere above.
+            got = as_irradiance(of_pair(*arguments))
+            np.testing.assert_allclose(got, expected, rtol=0.01)
 
 
 def test_a_mirror_shows_the_ground_that_it_reflects(gl: moderngl.Context) -> None:
@@ -224,15 +244,14 @@ def lobes_light(normal: Array, view: Array, roughness: float, zenith_deg: float)
 @pytest.mark.parametrize("tilt_deg", [0.0, 69.7])
 @pytest.mark.parametrize("slant_deg", [20.0, 70.0, 80.0])
 def test_rough_metal_reflects_what_its_microfacets_see_of_the_earth(
-    gl: moderngl.Context, tilt_deg: float, slant_deg: float
+    of_metal_plates: Callable[[float], Callable[..., Array]], tilt_deg: float, slant_deg: float
 ) -> None:
     """The mirror direction looks at the middle of the Earth, or along its limb."""
     seen, axis = facing(tilt_deg, 90.0), facing(90.0, 0.0)
     normal = Rotation.from_rotvec(np.radians(slant_deg) * axis).apply(seen)
     view = Rotation.from_rotvec(2.0 * np.radians(slant_deg) * axis).apply(seen)
     for roughness in (0.3, 0.7):
-        metal = plate({"reflectance": 1.0, "metallic": 1.0, "roughness": roughness})
-        got = earthshine(gl, metal, attitude(normal, 0.4), view, 0.0)[62:66, 62:66]
+        got = of_metal_plates(roughness)(attitude(normal, 0.4), view, 0.0)[62:66, 62:66]
         light = lobes_light(normal, view, roughness, 0.0)
         # One round lobe for one that is narrower across the plane of incidence than along it errs
         # by 0.042 rms over all skies. A lobe about the mirror direction errs by up to 0.17 here.
@@ -241,11 +260,11 @@ def test_rough_metal_reflects_what_its_microfacets_see_of_the_earth(
 
 @pytest.mark.parametrize("roughness", [0.1, 0.3, 0.7])
 def test_metal_towards_empty_sky_is_dark_and_towards_the_earth_bright(
-    gl: moderngl.Context, roughness: float
+    of_metal_plates: Callable[[float], Callable[..., Array]], roughness: float
 ) -> None:
-    metal = plate({"reflectance": 1.0, "metallic": 1.0, "roughness": roughness})
-    down = earthshine(gl, metal, attitude(-UP), -UP, 0.0)[64, 64].sum()
-    up = earthshine(gl, metal, attitude(UP), UP, 0.0)[64, 64].sum()
+    of_metal = of_metal_plates(roughness)
+    down = of_metal(attitude(-UP), -UP, 0.0)[64, 64].sum()
+    up = of_metal(attitude(UP), UP, 0.0)[64, 64].sum()
     # Nadir is the brightest place. The Earth fills 140 deg of the sky, and less than 1 % of the
     # broadest lobe here reaches below the horizon of a plate that faces the zenith.
     brightest = 0.3 / np.pi * IN_BANDS
@@ -255,9 +274,10 @@ def test_metal_towards_empty_sky_is_dark_and_towards_the_earth_bright(
 
 def test_turning_the_whole_scene_changes_nothing(gl: moderngl.Context) -> None:
     box = {"box": {"size_m": [1.0, 1.5, 2.0], "material": {"reflectance": 0.6, "roughness": 0.4}}}
-    arguments = box, Rotation.from_rotvec([0.3, 0.2, -0.5]), facing(40.0, 120.0), 60.0
-    still = earthshine(gl, *arguments)
-    turned = earthshine(gl, *arguments, turned=Rotation.from_rotvec([1.0, -2.0, 0.7]))
+    arguments = Rotation.from_rotvec([0.3, 0.2, -0.5]), facing(40.0, 120.0), 60.0
+    with opened_earthshine(gl, box) as of_box:
+        still = of_box(*arguments)
+        turned = of_box(*arguments, turned=Rotation.from_rotvec([1.0, -2.0, 0.7]))
     # float32 poses move edges by some 1e-5 of a pixel; away from them radiance follows to 1e-4.
     np.testing.assert_allclose(turned, still, rtol=2e-3, atol=2e-3 * still.max())
 
