@@ -35,10 +35,8 @@ def seen_over_sun(image: Array, zenith: float) -> Array:
     return np.pi * image.mean(axis=(0, 1)) / SUN / np.cos(np.radians(zenith))
 
 
-def oblique(
-    gl: moderngl.Context, place: tuple[float, float], slant: float, sun: Array, earth: Any
-) -> Array:
-    """(480, 640, 4) radiance from 400 km over a place; slant: from nadir to the north [deg]."""
+def oblique(place: tuple[float, float], slant: float, sun: Array, earth: Any) -> Scenario:
+    """640 x 480 pixels from 400 km over a place; slant: from nadir to the north [deg]."""
     R, up = icrf_from_itrf(), up_at(*place)
     north = np.array([0.0, 0.0, 1.0]) - up[2] * up
     north /= np.linalg.norm(north)
@@ -52,7 +50,7 @@ def oblique(
         "pixel_pitch_um": 3.75,
         "focal_length_mm": 3.75e-3 * 640 / (2.0 * np.tan(np.radians(15.0))),
     }
-    return radiance(gl, scene({}, camera, sun_direction=tuple(R @ sun), earth=earth))
+    return scene({}, camera, sun_direction=tuple(R @ sun), earth=earth)
 
 
 def fast_over_exact(
@@ -64,8 +62,7 @@ def fast_over_exact(
     earth: Any,
 ) -> tuple[Array, list[float]]:
     """How far a picture of tiles is from one of pixels alone, over its mean; the tiles' shares."""
-    sun = tilted_sun(place, zenith, 240.0)
-    fast = oblique(gl, place, slant, sun, earth)
+    scenario = oblique(place, slant, tilted_sun(place, zenith, 240.0), earth)
     shares: list[float] = []
 
     def none(*arguments: Any) -> Array:
@@ -73,9 +70,10 @@ def fast_over_exact(
         shares.append(float((bend < 1.0).mean()))
         return np.full_like(bend, np.inf)
 
-    with monkeypatch.context() as patched:
+    with opened(gl, scenario) as drawn, monkeypatch.context() as patched:
+        fast = drawn(scenario)
         patched.setattr("simgl.view.background_tiles.unevenness", none)
-        exact = oblique(gl, place, slant, sun, earth)
+        exact = drawn(scenario)
     return (fast - exact) / exact.mean(axis=(0, 1)), shares
 
 
@@ -102,17 +100,22 @@ def test_tiles_leave_out_only_what_none_of_their_pixels_shows(
     gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch, place: tuple[float, float]
 ) -> None:
     """Sea on land, land on the sea, and thin high cloud where the weather has none."""
-    sun = tilted_sun(place, 40.0, 240.0)
-    known = oblique(gl, place, 30.0, sun, {})
+    scenario = oblique(place, 30.0, tilted_sun(place, 40.0, 240.0), {"shape": "wgs84"})
+    searched = 0
 
     def of_nothing_known(
         planet: Any, turns: Any, k: Any, size: Any, cells: Any, **rest: Any
     ) -> Any:
+        nonlocal searched
         assert cells is not None
+        searched += 1
         return ground_tiles(planet, turns, k, size, **rest)
 
-    monkeypatch.setattr("simgl.passes.background.planet.ground_tiles", of_nothing_known)
-    unknown = oblique(gl, place, 30.0, sun, {})
+    with opened(gl, scenario) as drawn:
+        known = drawn(scenario)
+        monkeypatch.setattr("simgl.passes.background.planet.ground_tiles", of_nothing_known)
+        unknown = drawn(scenario)
+    assert searched == 1
     np.testing.assert_allclose(known, unknown, rtol=1e-5)
 
 
@@ -137,7 +140,7 @@ def test_a_higher_cloud_has_less_air_before_it(gl: moderngl.Context, overcast: s
     blueness = []
     for height in (1.0, 5.0, 20.0):
         clouds = {"picture": overcast, "height_km": height, "optical_thickness": 50.0}
-        image = oblique(gl, SEA, 55.0, sun, {"clouds": clouds})[200:280, 280:360]
+        image = radiance(gl, oblique(SEA, 55.0, sun, {"clouds": clouds}))[200:280, 280:360]
         red, _, blue, _ = seen_over_sun(image, 60.0)
         blueness.append(blue / red)
     assert blueness[0] < blueness[1] < blueness[2]
