@@ -12,7 +12,7 @@ import pytest
 from simgl.rendering.spacecraft_skies import ALL_WAVELENGTHS
 from simgl.scenario.loader import scenario_from_dict
 from simgl.scenario.scenario import Scenario
-from simgl.simulator import Simulator
+from simgl.simulator import Product, Simulator
 from simgl.thermal.heat_loads import outer_light
 from simgl.thermal.history import ThermalState
 from tests.passes.earth_light_scenes import (
@@ -25,7 +25,7 @@ from tests.passes.earth_light_scenes import (
     facing,
     plate,
 )
-from tests.scenes import SUN, TOTAL, lambert, radiance, scene
+from tests.scenes import SUN, TOTAL, lambert, scene
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 WGS84 = {"shape": "wgs84"}
@@ -65,9 +65,12 @@ def test_a_plate_gets_the_light_that_a_white_plate_shows(
     # Over maps, clouds and air: the image of a white plate that looks down, and its heat load.
     down = facing(0.0, 0.0)
     seen = before(plate(lambert(1.0)), attitude(down), -UP, zenith, earth=WGS84)
-    shown = as_irradiance(radiance(gl, seen).astype(np.float64))
     with Simulator(seen, gl) as simulator:
         reflected, _ = on_the_plate(simulator, seen)
+        state = seen.at(seen.epoch_tai_ns)
+        frame = simulator.capture(state, "cam", {Product.RADIANCE}).radiance
+    assert frame is not None
+    shown = as_irradiance(frame.radiance.astype(np.float64))
     assert reflected / ALL_WAVELENGTHS == pytest.approx(shown, rel=0.02)
     assert zenith > 80.0 or reflected > 20.0
 
@@ -101,26 +104,35 @@ def warmth_at(simulator: Simulator, places: Array, earth: dict[str, Any] = AIRLE
     return np.array([on_the_plate(simulator, over(one, SUN_X, earth))[1] for one in places])
 
 
-def test_240_watts_leave_each_square_metre_in_the_mean(clouded: Simulator) -> None:
+PLACES = spread_over_the_earth(200)
+
+
+@pytest.fixture(scope="module")
+def fluxes(clouded: Simulator) -> Array:
+    """(k,) what plates get that look down, spread over the Earth [W m-2]."""
+    return warmth_at(clouded, PLACES)
+
+
+def test_240_watts_leave_each_square_metre_in_the_mean(fluxes: Array) -> None:
     # What plates all over a sphere get that look down is what goes through it.
-    fluxes = warmth_at(clouded, spread_over_the_earth(200))
     mean = float(fluxes.mean()) * ((6.378e6 + HEIGHT) / 6.371e6) ** 2
     # By place the flux has 37 W m-2 rms, weather half of that, which 200 places average to 1.3;
     # cells of 7.5 deg along the limb know a plate's flux to 0.5 %.
     assert mean == pytest.approx(240.0, abs=3.0)
 
 
-def test_high_cloud_sends_less_than_clear_land_and_sea_beside_it(clouded: Simulator) -> None:
-    places = spread_over_the_earth(200)
-    tropics = places[np.abs(places[:, 2]) < 0.25]
-    fluxes = warmth_at(clouded, tropics)
-    clear = warmth_at(clouded, tropics, AIRLESS | {"clouds": {"cover": 0.0}})
+def test_high_cloud_sends_less_than_clear_land_and_sea_beside_it(
+    clouded: Simulator, fluxes: Array
+) -> None:
+    tropical = np.abs(PLACES[:, 2]) < 0.25
+    covered = fluxes[tropical]
+    clear = warmth_at(clouded, PLACES[tropical], AIRLESS | {"clouds": {"cover": 0.0}})
     # The same ground at the same hour. A plate sees 22 deg around, which hold clouds and none
     # everywhere; under the rain belt's they take three times as much as over deserts.
-    taken = clear - fluxes
+    taken = clear - covered
     assert np.all(taken > 0.0)
     assert taken.max() > 3.0 * taken.min()
-    cold, warm = fluxes[np.argmax(taken)], fluxes[np.argmin(taken)]
+    cold, warm = covered[np.argmax(taken)], covered[np.argmin(taken)]
     assert cold < warm - 10.0
 
 
