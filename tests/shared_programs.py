@@ -18,7 +18,6 @@ import pytest
 
 from simgl import assets
 from simgl.gpu.program import load_program
-from simgl.gpu.uniform_blocks import Block
 from tests.watched_context import WatchedContext
 
 
@@ -42,8 +41,6 @@ def _nothing() -> None:
 
 def _key(option: Any) -> object:
     """What tells an option of ``load_program`` from others, to be looked up by."""
-    if isinstance(option, Block):
-        return option.name, option.binding, option.include, str(option.dtype)
     if isinstance(option, Mapping):
         return tuple((name, _key(option[name])) for name in sorted(option))
     if isinstance(option, Sequence) and not isinstance(option, str):
