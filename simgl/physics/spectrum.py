@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -245,8 +246,14 @@ def planck_radiance(wavelength: Array, temperature: float) -> Array:
     return first / np.expm1(exponent)
 
 
-def _nodes(edges: tuple[float, float]) -> tuple[Array, Array]:
+@cache
+def _unit_nodes() -> tuple[Array, Array]:
     x, w = np.polynomial.legendre.leggauss(_ORDER)
+    return x, w
+
+
+def _nodes(edges: tuple[float, float]) -> tuple[Array, Array]:
+    x, w = _unit_nodes()
     low, high = edges
     half = 0.5 * (high - low)
     return low + half * (x + 1.0), half * w
