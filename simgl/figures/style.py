@@ -101,6 +101,20 @@ def plain_axes(axes: Axes) -> None:
     axes.spines[["left", "bottom", "top", "right"]].set_visible(False)
 
 
+def _lay_out(figure: Figure) -> None:
+    """Work out where the parts of a figure lie in an SVG, for good.
+
+    Saving it would do so, and draw all of it once more for that.
+    """
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        FigureCanvasSVG(figure)
+        engine.execute(figure)
+        figure.set_layout_engine(None)
+
+
 def svg_bytes(figure: Figure) -> bytes:
     """A figure as SVG that follows the reader's choice of light or dark pages.
 
@@ -110,6 +124,7 @@ def svg_bytes(figure: Figure) -> bytes:
 
     buffer = io.StringIO()
     with matplotlib.rc_context({**_STYLE, "svg.hashsalt": "simgl"}):
+        _lay_out(figure)
         figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     text = buffer.getvalue()
     names = {colour: f"--c{index}" for index, colour in enumerate(_ON_DARK)}
