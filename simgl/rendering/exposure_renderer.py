@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import moderngl
@@ -39,6 +39,27 @@ class Drawing:
     lens: Callable[[FrameView], DistortedView | None]
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Laid:
+    """Layers that are laid over an image, for all of an exposure or in a part of it.
+
+    depth : of theirs among others
+    span : of their exposure, in which they are swept
+    drawn : by use, which layers the snapshots hold already
+    """
+
+    layers: list[Layer]
+    depth: int = 0
+    span: Span | None = None
+    drawn: dict[str, Layer] = field(default_factory=dict)
+
+    def swept(self, sweep: Sweep) -> Sweep:
+        """A sweep of one of them, as it is seen in this part."""
+        if self.span is None:
+            return sweep
+        return replace(sweep, span=self.span, share=1.0 / (self.span.last - self.span.first))
+
+
 class ExposureRenderer:
     """Sweeps snapshots of spacecraft, and of what is behind them, over their ways in the image.
 
@@ -72,7 +93,7 @@ class ExposureRenderer:
         elif len(views.scene.spans) == 1:
             farthest_first = [layer for (layers,) in all_layers for layer in layers]
             layers = self._draw_behind(by, views, behind, farthest_first, target)
-            self._lay(by, views, layers, target)
+            self._lay(by, views, Laid(layers=layers), target)
         else:
             self._draw_in_turn(by, views, behind, all_layers, target)
 
@@ -120,7 +141,8 @@ class ExposureRenderer:
                 number = int(first * len(seen))
                 start, end = (float(edge * len(seen) - number) - 0.5 for edge in (first, last))
                 span = Span(first=start, last=end)
-                self._lay(by, views, seen[number], one, span, drawn, depth)
+                laid = Laid(layers=seen[number], depth=depth, span=span, drawn=drawn)
+                self._lay(by, views, laid, one)
             with self._timer.measure("sweep"):
                 share = float(last - first)
                 self._average.add(one.textures[0], share, target.framebuffer, box)
@@ -163,39 +185,22 @@ class ExposureRenderer:
                 draw(_of_background(views, one), [drawn], target.framebuffer, spare)
         return layers
 
-    def _lay(
-        self,
-        by: Drawing,
-        views: MovingViews,
-        layers: list[Layer],
-        target: ImageTarget,
-        span: Span | None = None,
-        drawn: dict[str, Layer] | None = None,
-        depth: int = 0,
-    ) -> None:
-        """Lay swept layers over what a target holds, the farthest first.
-
-        span : of their exposure, in which they are swept; None for all of it
-        drawn : which layers snapshots hold already
-        depth : of theirs among others
-        """
-        for number, layer in enumerate(layers):
+    def _lay(self, by: Drawing, views: MovingViews, laid: Laid, target: ImageTarget) -> None:
+        """Lay swept layers over what a target holds, the farthest first."""
+        for number, layer in enumerate(laid.layers):
             if layer.paths is None:
                 self._draw_tiles(by, layer, [target], ResolvePass.lays)
                 continue
             sweep = _of_layer(views, layer, layer.paths)
-            use = f"{depth} {number}"
+            use = f"{laid.depth} {number}"
             snapshots = self._snapshots(views.scene.drawn, _COVERED, sweep, use)
-            if drawn is None or drawn.get(use) is not layer:
+            if laid.drawn.get(use) is not layer:
                 _clear(snapshots, sweep)
                 self._draw_tiles(by, layer, snapshots, ResolvePass.adds)
-            if drawn is not None:
-                drawn[use] = layer
-            if span is not None:
-                sweep = replace(sweep, span=span, share=1.0 / (span.last - span.first))
+                laid.drawn[use] = layer
             with self._timer.measure("sweep"):
                 spare = partial(self._spare, views.scene.drawn, _COVERED)
-                self._sweep.lay_over(sweep, snapshots, target.framebuffer, spare)
+                self._sweep.lay_over(laid.swept(sweep), snapshots, target.framebuffer, spare)
 
     def _draw_tiles(
         self, by: Drawing, layer: Layer, targets: Sequence[ImageTarget], how: State
