@@ -52,7 +52,8 @@ def main(
     scenario = load_scenario(SCENARIO)
     flights: list[Flight] = []
     summaries: list[Summary] = []
-    paths: list[Path] = []
+    report: list[Path] = []
+    of_all: list[Path] = []
     console.print(
         f"Starting the image server for {SCENARIO.name}: simgl serve, in a process of its own."
     )
@@ -63,13 +64,14 @@ def main(
             _say(summary)
             flights.append(flight)
             summaries.append(summary)
-            paths = write_report(flights[0], summaries[0], out)
+            # After each run: what is done stays, whatever ends the rest.
+            if index == 0:
+                report = write_report(flight, summary, out)
             if runs > 1:
-                # After each run: what is done stays, whatever ends the rest.
-                paths += write_monte_carlo(flights, summaries, out, _machine(summary))
+                of_all = write_monte_carlo(flights, summaries, out, _machine(summary))
     if film:
         write_film(flights[0].report_images, out)
-    pages = [str(path) for path in paths if path.suffix == ".html"]
+    pages = [str(path) for path in (*report, *of_all) if path.suffix == ".html"]
     if runs > 1:
         count = sum(docked(summary) for summary in summaries)
         line = f"{count} of {runs} flights met all criteria: DOCKED"
