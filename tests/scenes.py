@@ -46,7 +46,7 @@ def scene(
     data: Table = {
         "epoch": {"utc": "2026-03-20T12:00:00"},
         "sun": {**SUN, "direction_icrf": list(sun_direction), **(sun or {})},
-        "earth": earth or {"shape": "none"},
+        "earth": {"shape": "none"} if earth is None else earth,
         "spacecraft": dict(spacecraft),
         "camera": {"cam": {**size, **camera}},
         "lamp": lamp or {},
