@@ -85,6 +85,13 @@ class ShadowPass:
         self._atlases = LruCache[bytes, _ShadowAtlas](
             MANY, self._unused.append, max_bytes=MAX_BYTES
         )
+        # Textures of maps that were not asked for in more casts than this hold the next new ones:
+        # casters that move have new maps in each image, and fresh memory takes longer to clear
+        # than maps to draw. Maps that come back all the same, those of cameras in turn, tell for
+        # how long they are of use.
+        self._lasts = 1
+        # When maps were last asked for whose textures hold others now.
+        self._replaced = LruCache[bytes, int](MANY)
         # Maps ahead, by those that are drawn and by their direction.
         self._ahead = LruCache[tuple[bytes, bytes], tuple[ShadowMap, ...]](_MAPS_AHEAD)
         self._casts = 0
@@ -121,8 +128,6 @@ class ShadowPass:
         atlas = self._atlas(view.maps)
         while atlas.drawn < _READING_NO_OTHER:
             self._draw_part(view.maps, atlas)
-        if atlas.uses == 0:
-            atlas.first_cast = self._casts
         atlas.last_cast = self._casts
         atlas.uses += 1
         return atlas
@@ -139,25 +144,12 @@ class ShadowPass:
             if current.uses > _LASTING:
                 # While the maps last, so do those ahead; if not, a frame draws what it lacks.
                 maps = self._ahead.get((current.key, view.ahead_of), view.ahead)
-                self._set_one_free(maps, current)
                 atlas = self._atlas(maps)
                 if atlas.uses == 0:
                     atlas.last_cast = self._casts
                 if atlas.drawn < len(_PARTS):
                     self._draw_part(maps, atlas)
                     return
-
-    def _set_one_free(self, maps: Sequence[ShadowMap], current: _ShadowAtlas) -> None:
-        """An atlas for maps that are not cached: one that was of use, but not since the current one
-        is. The Sun has left its direction, and new ones cost 50 MB of fresh memory each."""
-        if _key(maps) in self._atlases:
-            return
-        sizes = tuple(one.size for one in maps)
-        for atlas in self._atlases.values():
-            if atlas.sizes == sizes and atlas.last_cast < current.first_cast:
-                self._atlases.pop(atlas.key)
-                self._unused.append(atlas)
-                return
 
     def _draw_part(self, maps: Sequence[ShadowMap], atlas: _ShadowAtlas) -> None:
         _PARTS[atlas.drawn](self, maps, atlas)
@@ -167,12 +159,22 @@ class ShadowPass:
         return self._atlases.get(_key(maps), lambda: self._free_atlas(maps), _atlas_bytes(maps))
 
     def _free_atlas(self, maps: Sequence[ShadowMap]) -> _ShadowAtlas:
-        """A new one, or an unused one of these sizes; the last of the others stay."""
-        sizes = tuple(one.size for one in maps)
+        """An unused one of these sizes, or one that seems to be of no use any more, or a new one;
+        the last of the others stay."""
+        key, sizes = _key(maps), tuple(one.size for one in maps)
+        last_cast = self._replaced.find(key)
+        if last_cast is not None:
+            self._lasts = max(self._lasts, self._casts - last_cast)
         for atlas in self._unused:
             if atlas.sizes == sizes:
                 self._unused.remove(atlas)
-                atlas.hold(_key(maps))
+                atlas.hold(key)
+                return atlas
+        for atlas in self._atlases.values():
+            if atlas.sizes == sizes and self._casts - atlas.last_cast > self._lasts:
+                self._atlases.pop(atlas.key)
+                self._replaced.put(atlas.key, atlas.last_cast)
+                atlas.hold(key)
                 return atlas
         while self._unused and self._is_full:
             release_all(self._ctx, self._unused.pop(0))
@@ -299,8 +301,7 @@ class _ShadowAtlas:
     key : of the maps
     drawn : parts that are drawn
     uses : frames, or tiles of them, that have asked for it
-    first_cast : number of the first of these
-    last_cast : of the last, before there is one of the last that needs it next
+    last_cast : number of the last of these, before there is one of the last that needs it next
     """
 
     @all_or_nothing
@@ -332,7 +333,7 @@ class _ShadowAtlas:
     def hold(self, key: bytes) -> None:
         """Begin with other maps of these sizes."""
         self.key = key
-        self.drawn = self.uses = self.first_cast = self.last_cast = 0
+        self.drawn = self.uses = self.last_cast = 0
 
     def release(self) -> None:
         """Free everything."""

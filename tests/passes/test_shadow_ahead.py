@@ -135,6 +135,36 @@ def test_the_textures_of_maps_that_are_asked_for_in_turn_stay_theirs(gl: moderng
         assert [one.cast([view])[0][0].glo for view in (first, second)] == before
 
 
+def test_casters_that_move_have_two_sets_of_textures_in_turn(gl: moderngl.Context) -> None:
+    """No image waits for fresh memory to be cleared, and each holds what new ones would."""
+    views = [view_under(0.0, aside_m=0.001 * index) for index in range(6)]
+    with shadows(gl) as one:
+        textures = []
+        for view in views:
+            last = frame(one, view)
+            textures.append(one.cast([view])[0][0].glo)
+    assert len(set(textures)) == 2
+    with shadows(gl) as other:
+        assert frame(other, views[-1]) == last
+
+
+def test_maps_that_come_back_in_turn_are_drawn_twice_at_most(
+    gl: moderngl.Context, draws: list[str]
+) -> None:
+    views = [view_under(0.0, aside_m=0.001 * index) for index in range(5)]
+    with shadows(gl) as one:
+        each = []
+        for _ in range(4):
+            before = len(draws)
+            for view in views:
+                frame(one, view)
+            each.append(len(draws) - before)
+    # Two casters on three layers.
+    assert each[0] == 5 * 6
+    assert each[1] <= 5 * 6
+    assert each[2:] == [0, 0]
+
+
 def test_textures_of_several_sizes_are_drawn_into_again(
     gl: moderngl.Context, monkeypatch: pytest.MonkeyPatch
 ) -> None:
