@@ -103,15 +103,15 @@ class Renderer:
         self._sun = SunPass(ctx)
         self._moon = MoonPass(ctx)
         self._air = AtmospherePass(ctx)
-        self._planet = PlanetPass(ctx, self._air)
+        self.planet = PlanetPass(ctx, self._air)
         self._probes = EnvironmentProbeStore(ctx, self._executor)
-        self.skies = SkyRenderer(ctx, self._planet)
+        self.skies = SkyRenderer(ctx, self.planet)
         self._reference_gather = ReferenceGather(self._transports, self._interreflection.light)
         self._resolve = ResolvePass(ctx, self._blocks)
         self._warp = WarpPass(ctx)
         self._truth = TruthPass(ctx, *drawn)
         self._targets = TargetStore(ctx)
-        shared = self._visibility, self._geometry, self._resolve, self._warp, self._planet
+        shared = self._visibility, self._geometry, self._resolve, self._warp, self.planet
         self._thermal = ThermalRenderer(ctx, self.timer, self._blocks, *shared)
         self._exposure = ExposureRenderer(ctx, self.timer, self._resolve)
 
@@ -158,7 +158,7 @@ class Renderer:
 
         with background_work(light, progress):
             if earth is not None:
-                self._planet.prepare(earth, progress)
+                self.planet.prepare(earth, progress)
                 self._probes.prepare()
             if to_trace and meanwhile is not None:
                 begin_stage(progress, "compiling shaders of the first image")
@@ -252,14 +252,14 @@ class Renderer:
         with self.timer.measure("probe"):
             under_way = self._begin_skies(first)
         with self.timer.measure("planet"):
-            planned = self._planet.planned(view.background, fine.framebuffer, area, hidden)
+            planned = self.planet.planned(view.background, fine.framebuffer, area, hidden)
         with self.timer.measure("probe"):
             self._add_skies(under_way)
         if view.background.celestial is not None:
             with self.timer.measure("celestial"):
                 self._celestial(view.background.celestial, fine)
         with self.timer.measure("planet"):
-            self._planet.draw(planned)
+            self.planet.draw(planned)
             begin_draws(self._ctx)
         if view.field is not None:
             with self.timer.measure("warp"):
@@ -429,7 +429,7 @@ class Renderer:
             self._stars,
             self._sun,
             self._moon,
-            self._planet,
+            self.planet,
             self._thermal,
             self._air,
             self._probes,

@@ -7,6 +7,7 @@ target.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -246,6 +247,21 @@ def behind_spacecraft(view: FrameView, state: SceneState) -> FrameView:
 
     first, *others = map(through, view.pinholes)
     return replace(first, other_pinholes=tuple(others))
+
+
+def backgrounds(
+    state: SceneState, camera_name: str, margin: int = 0
+) -> Iterator[tuple[Background, tuple[int, int]]]:
+    """What the images of one camera show behind spacecraft, each with its width and height.
+
+    Raises ConfigError where the camera is inside the Earth.
+    """
+    placed = state.cameras[camera_name]
+    placed = replace(placed, camera=placed.camera.with_margin(margin))
+    real = placed.camera
+    for seen in (None,) if real.is_pinhole else pinhole_fields(real):
+        detector = (real if seen is None else seen.fine).detector
+        yield _background_through(state, placed, seen), (detector.width, detector.height)
 
 
 def _background_through(

@@ -135,6 +135,10 @@ class AtmospherePass:
     def _tables_of(self, kind: EarthAir, progress: ProgressCallback | None = None) -> AirTables:
         return self._tables.get(kind, lambda: AirTables(self._ctx, kind, progress))
 
+    def stands_inside(self, planet: PlanetView) -> bool | None:
+        """Whether a pinhole stands in the air; None where there is none."""
+        return None if _kind_of(planet.earth) is None else planet.height < AIR_TOP
+
     def before(self, planet: PlanetView) -> AirBefore | None:
         """The air before a pinhole, its blocks bound; None where there is none.
 

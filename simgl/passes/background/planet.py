@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 
 import moderngl
@@ -12,12 +12,11 @@ from simgl.arrays import Mask
 from simgl.gpu.context import is_software
 from simgl.gpu.fullscreen import Texture
 from simgl.gpu.pipeline_state import SRC1_COLOR, State
-from simgl.gpu.release import all_or_nothing
-from simgl.gpu.tile_quads import TileFaces, TileQuads
+from simgl.gpu.release import all_or_nothing, release_all
+from simgl.gpu.render_targets import Format, ImageTarget
+from simgl.gpu.tile_quads import TileFaces
 from simgl.gpu.uniform_blocks import UniformBuffer
-from simgl.passes.background.air import AIR_SAMPLERS, AirBefore, AtmospherePass
-from simgl.passes.background.air_march import AIR_VIEW
-from simgl.passes.background.air_tables import AIR
+from simgl.passes.background.air import AirBefore, AtmospherePass
 from simgl.passes.background.earth_draws import aurora_draws, earth_draws, glow_draws, sky_draws
 from simgl.passes.background.earth_textures import (
     BAND_SAMPLERS,
@@ -45,13 +44,8 @@ from simgl.passes.background.planet_blocks import (
     planet_values,
     regolith_values,
 )
-from simgl.passes.background.planet_variants import (
-    PAIRS_UNIT,
-    band_samplers,
-    knows_ground_bands,
-    unread_samplers,
-    variant_of,
-)
+from simgl.passes.background.planet_programs import PlanetPrograms
+from simgl.passes.background.planet_variants import PAIRS_UNIT, variant_of
 from simgl.passes.background.tile_kinds import (
     DARK,
     DUSK,
@@ -86,10 +80,10 @@ class PlanetPass:
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context, air: AtmospherePass) -> None:
         self._ctx, self._air = ctx, air
-        # Software renderers pay for what a shader could do: an Earth of one albedo has its own, and
-        # so has one without air.
-        self._programs: dict[tuple[str, ...], TileQuads] = {}
         self._faces = TileFaces(ctx)
+        self._programs = PlanetPrograms(ctx, self._faces)
+        # Of images ahead, what has been drawn with already.
+        self._compiled: set[tuple[object, ...]] = set()
         # As many images at the same time as a sky has faces.
         self._block, self._moon_block = (UniformBuffer(ctx, PLANET, slots=6) for _ in range(2))
         self._regolith = UniformBuffer(ctx, REGOLITH)
@@ -185,7 +179,7 @@ class PlanetPass:
             return
         lit = self._sunlit(face, [face.planet], target, [(0, 0, texels, texels)], of_sky=True)
         planned, any_tile = self._planned(lit).sunlit, np.ones((1, 1, 1), dtype=bool)
-        variant = variant_of(lit.planet, self._air.before(lit.planet), far=lit.far)
+        variant = variant_of(lit.planet, self._air.stands_inside(lit.planet), far=lit.far)
         draws = sky_draws(lit, any_tile, any_tile, variant)
         for state in (self.more, lit.state):
             lit = replace(lit, areas=((0, 0, 0, 0),), state=state)
@@ -195,6 +189,33 @@ class PlanetPass:
             self._draw_faces(lit, glow_draws(lit, any_tile, any_tile))
         if lit.planet.earth.aurora_kp is not None:
             self._draw_faces(lit, aurora_draws(lit, any_tile, any_tile))
+
+    def prepare_images(self, backgrounds: Iterable[tuple[Background, tuple[int, int]]]) -> None:
+        """Compile what draws images, given with their width and height, by draws that reach no
+        pixel: kinds of tiles that images to come see, and the next one perhaps not.
+        """
+        target = ImageTarget(self._ctx, (1, 1), (Format("f4", 4),))
+        first = None
+        for background, size in backgrounds:
+            if background.planet is None:
+                continue
+            image = background, [background.planet], target.framebuffer, [(0, 0, *size)]
+            lit = self._sunlit(*image, of_sky=False)
+            planned = self._planned(lit)
+            # All by the air before the first: a view's tables take longer than to compile.
+            first = first or lit
+            for light in (planned.sunlit, self._planned_moonlight(planned)):
+                if light is not None:
+                    self._compile(light, first)
+        release_all(self._ctx, target)
+
+    def _compile(self, light: PlannedLight, bound: LitEarth) -> None:
+        """What draws the Earth in a light, unless images ahead had it before; bound : from where
+        the air is seen."""
+        draws = light.draws.without(self._compiled, (light.lit.state, light.magnified))
+        if any(draws):
+            nowhere = replace(light.lit, planet=bound.planet, areas=((0, 0, 0, 0),))
+            self._draw_lit(replace(light, lit=nowhere, draws=draws, covered=np.ones(1, dtype=bool)))
 
     def _over(self, background: Background) -> State:
         return self.state if background.celestial is None else self.before
@@ -254,19 +275,26 @@ class PlanetPass:
             self._draw_glow(tiles.within(dark), sunlit)
         if planet.earth.aurora_kp is not None and dark.any():
             self._draw_aurora(tiles, sunlit, planet.earth.aurora_kp)
-        below = planet.earth.clouds is not None and planet.height < planet.earth.clouds.height
-        night = tiles.any & (tiles.low < moonlit_below(planet))
-        moonlit = None
-        if planet.moonlight is not None and night.any():
-            moonlit = sunlit.by_moon(planet.moonlight, self.more, self._moon_block)
-            by_moon = planned.ground.in_light_of(moonlit.planet.sun_direction_itrf)
-            by_moon = by_moon.within(night & (by_moon.high > DARK))
-            if by_moon.any.any():
-                self._draw_lit(self._planned_light(moonlit, by_moon, lamps=False))
-        if below:
+        moonlit = self._planned_moonlight(planned)
+        if moonlit is not None and moonlit.tiles.any.any():
+            self._draw_lit(moonlit)
+        if planet.earth.clouds is not None and planet.height < planet.earth.clouds.height:
             self._draw_ceiling(tiles, replace(sunlit, state=self.before))
             if moonlit is not None:
-                self._draw_ceiling(tiles.within(night), moonlit)
+                night = tiles.any & (tiles.low < moonlit_below(planet))
+                self._draw_ceiling(tiles.within(night), moonlit.lit)
+
+    def _planned_moonlight(self, planned: PlannedEarth) -> PlannedLight | None:
+        """On top of sunlight, where it is night; None without."""
+        sunlit, tiles = planned.sunlit.lit, planned.sunlit.tiles
+        moonlight = sunlit.planet.moonlight
+        night = tiles.any & (tiles.low < moonlit_below(sunlit.planet))
+        if moonlight is None or not night.any():
+            return None
+        lit = sunlit.by_moon(moonlight, self.more, self._moon_block)
+        tiles = planned.ground.in_light_of(lit.planet.sun_direction_itrf)
+        tiles = tiles.within(night & (tiles.high > DARK))
+        return self._planned_light(lit, tiles, lamps=False)
 
     def _planned_light(self, lit: LitEarth, tiles: BackgroundTiles, *, lamps: bool) -> PlannedLight:
         """The Earth in one light.
@@ -275,18 +303,18 @@ class PlanetPass:
         lamps : whether cities shine
         """
         textures: Sequence[Texture] = self._textures.of(lit.planet.earth) if lit.mapped else ()
-        air = self._air.before(lit.planet)
+        inside = self._air.stands_inside(lit.planet)
         dark = tiles.low < (DUSK if lit.mapped and lamps else -1.0)
         # On a CPU maps whose texels are larger than pixels, where they are not seen at a slant, are
         # read without mipmaps.
         magnified = lit.mapped and not self._hardware and lit.nadir_pixel < _MAGNIFIED * MAP_TEXEL_M
-        variant = variant_of(lit.planet, air, far=lit.far)
+        variant = variant_of(lit.planet, inside, far=lit.far)
         return PlannedLight(
             lit=lit,
             tiles=tiles,
             lamps=lamps,
             textures=textures,
-            covered=tiles.any if air is not None else tiles.even | tiles.finer | tiles.ground,
+            covered=tiles.any if inside is not None else tiles.even | tiles.finer | tiles.ground,
             magnified=magnified,
             draws=earth_draws(
                 lit, tiles, dark, variant, magnified=magnified, hardware=self._hardware
@@ -369,7 +397,7 @@ class PlanetPass:
                 step = draw.step
                 read_step(step)
             lit.block.bind(draw.image)
-            self._program_for(draw.program, draw.defines).draw(draw.first, draw.count)
+            self._programs.of(draw.program, draw.defines).draw(draw.first, draw.count)
         if step is not None:
             read_step(None)
 
@@ -403,33 +431,6 @@ class PlanetPass:
         draws.add("planet/ceiling", tiles.ground | tiles.air, variant)
         self._draw_faces(lit, draws)
 
-    def _program_for(self, name: str, variant: tuple[str, ...]) -> TileQuads:
-        key = name, *variant
-        if key not in self._programs:
-            ground = SAMPLERS if "EARTH_MAPS" in variant else []
-            air = AIR_SAMPLERS if "AIR" in variant else ()
-            samplers = {sampler: unit for unit, sampler in enumerate((*ground, *air))}
-            for sampler in unread_samplers(name, variant):
-                samplers.pop(sampler, None)
-            samplers |= band_samplers(name, variant)
-            if name in ("planet/air", "planet/glow", "planet/aurora"):
-                read = AIR_SAMPLERS[2:] if "AIR" in variant else ()
-                samplers = {sampler: unit for sampler, unit in samplers.items() if sampler in read}
-            # Those that each kind of program reads; the others are spare.
-            read_by = (
-                ("AIR" in variant, (AIR, AIR_VIEW)),
-                ("REGOLITH" in variant, (REGOLITH,)),
-                (knows_ground_bands(name, variant), (GROUND_BANDS,)),
-                (name == "planet/aurora", (AURORA,)),
-            )
-            shared = [PLANET, *(block for read, some in read_by if read for block in some)]
-            spare = tuple(block for read, some in read_by if not read for block in some)
-            vertex = "planet/tiles.vert" if name == "planet/tiles" else "planet/pixels.vert"
-            self._programs[key] = TileQuads(
-                self._ctx, name, self._faces, vertex, samplers, variant, shared=shared, spare=spare
-            )
-        return self._programs[key]
-
     def _maps_filter(self, magnified: bool) -> int:
         """How to read the maps; software renderers pay twice for what lies between two halvings."""
         smaller = (
@@ -439,8 +440,7 @@ class PlanetPass:
 
     def release(self) -> None:
         """Free everything."""
-        for program in self._programs.values():
-            program.release()
+        self._programs.release()
         self._faces.release()
         self._block.release()
         self._moon_block.release()

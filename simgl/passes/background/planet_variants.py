@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from simgl.passes.background.air import AirBefore
 from simgl.passes.background.earth_air import PAIRS
 from simgl.passes.background.earth_textures import BAND_SAMPLERS, CHARTS
 from simgl.physics.spectrum import BANDS
@@ -32,16 +31,20 @@ def band_samplers(name: str, variant: tuple[str, ...]) -> dict[str, int]:
     return samplers
 
 
-def variant_of(planet: PlanetView, air: AirBefore | None, *, far: bool) -> tuple[str, ...]:
-    """The defines of the shaders that draw an Earth; far : pixels resolve nothing of the chart."""
+def variant_of(planet: PlanetView, inside_air: bool | None, *, far: bool) -> tuple[str, ...]:
+    """The defines of the shaders that draw an Earth.
+
+    inside_air : whether the pinhole stands in it; None where there is none
+    far : pixels resolve nothing of the chart
+    """
     mapped = planet.earth.albedo is None
     optional = {
         "BANDS": planet.earth.bands != BANDS,
         "EARTH_MAPS": mapped,
         "REGOLITH": not mapped and planet.earth.regolith is not None,
         "FAR": far,
-        "AIR": air is not None,
-        "AIR_INSIDE": air is not None and air.inside,
+        "AIR": inside_air is not None,
+        "AIR_INSIDE": bool(inside_air),
     }
     return tuple(define for define, wanted in optional.items() if wanted)
 

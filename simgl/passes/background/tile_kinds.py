@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain, pairwise
 
 import numpy as np
@@ -64,6 +64,18 @@ class TileDraws:
     def faces(self) -> Faces:
         """(n, 6) of all draws."""
         return np.concatenate([np.empty((0, 6), np.uint32), *self._faces])
+
+    def without(self, known: set[tuple[object, ...]], of_view: tuple[object, ...]) -> TileDraws:
+        """One face each of the programs and steps that are not among those known for such views;
+        they are from now on."""
+        draws = TileDraws()
+        draws._faces, draws._count = self._faces, self._count
+        for draw in self:
+            key = *of_view, draw.program, draw.defines, draw.step
+            if key not in known:
+                known.add(key)
+                draws._draws.append(replace(draw, image=0, count=1))
+        return draws
 
     def add(self, program: str, tiles: Mask, defines: tuple[str, ...]) -> None:
         """Some of the tiles (images, rows, columns)."""
