@@ -80,6 +80,7 @@ SHARED_PASSES = {
     "simgl.passes.background.lit_earth",
     "simgl.passes.background.map_levels",
     "simgl.passes.background.planet_blocks",
+    "simgl.passes.background.planet_programs",
     "simgl.passes.background.planet_variants",
     "simgl.passes.background.tile_kinds",
     "simgl.passes.background.earth_air",
