@@ -14,8 +14,9 @@ from simgl.camera.camera import Camera
 from simgl.campaign.campaign_file import Campaign
 from simgl.campaign.random_draws import Distribution, Draw, direction, rotation
 from simgl.errors import ConfigError
-from simgl.motion.mounts import BodyMount, OrbitingMount, at_rest, camera_pose
+from simgl.motion.mounts import BodyMount, OrbitingMount, at_joints, at_rest, camera_pose
 from simgl.physics.frames import Pose, camera_from_directions, rotation_between, unit
+from simgl.scenario.scenario import joint_motions
 from simgl.scene.state import CameraState, SceneState
 
 # Impossible frames, such as one with the camera inside the target, are drawn again.
@@ -96,7 +97,7 @@ def _state(campaign: Campaign, draw: Draw, values: _Values, after: float = 0.0) 
     angles = {n: v if slides[n] else math.radians(v) for n, v in values.joints.items()}
     before = scenario.with_poses(tai_ns, poses)
     placed = _placed(campaign, draw, drawn, before)
-    mount = scenario.mounts[campaign.camera]
+    mount = at_joints(scenario.mounts[campaign.camera], joint_motions(before.bodies))
     if isinstance(mount, BodyMount) and placed is not before.cameras[campaign.camera]:
         poses[mount.spacecraft] = _carrier(mount, placed, poses[mount.spacecraft])
     if after:

@@ -98,6 +98,16 @@ def body_from_stored(joints: Sequence[Joint], values: Sequence[float]) -> Array:
     return moved
 
 
+def group_of_keypoint(joints: Sequence[Joint], keypoint: str) -> int:
+    """Index in ``body_from_stored`` of what moves a keypoint; 0 if no joint does."""
+    return next((i + 1 for i, joint in enumerate(joints) if keypoint in joint.keypoints), 0)
+
+
+def group_of_part(joints: Sequence[Joint], part: int) -> int:
+    """The same of a part, by its index."""
+    return next((i + 1 for i, joint in enumerate(joints) if part in joint.parts), 0)
+
+
 def relative_motion(first: Array, second: Array) -> Array:
     """(n, 4, 4) transforms from positions under the first transforms to those under the second.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -26,12 +26,15 @@ from simgl.physics.frames import Pose, camera_from_directions
 class BodyMount:
     """A camera on a spacecraft, fixed to the body or rotating by its pointing law.
 
-    position_body : (3,) of the pinhole, body axes [m]
+    position_body : (3,) of the pinhole, body axes, as stored [m]
+    group : index in ``body_from_stored`` of what carries it; 0 for no joint. A joint also turns
+        directions in body axes
     """
 
     spacecraft: str
     position_body: Array
     pointing: Pointing
+    group: int = 0
 
     @cached_property
     def fixed(self) -> Array | None:
@@ -70,6 +73,41 @@ class OrbitingMount:
 
 
 Mount = BodyMount | FreeMount | OrbitingMount
+
+
+# Spacecraft to (joints + 1, 4, 4) of ``body_from_stored``; None where all joints are as stored.
+Motions = Mapping[str, Array | None]
+
+
+def motion_of(spacecraft: str, group: int, motions: Motions) -> Array | None:
+    """(4, 4) from stored to current positions, body axes; None for what no joint moves."""
+    motion = motions.get(spacecraft) if group else None
+    return None if motion is None else motion[group]
+
+
+def at_joints(mount: Mount, motions: Motions) -> Mount:
+    """The mount with the joints of spacecraft moved: what they carry is where they bring it."""
+    if isinstance(mount, OrbitingMount):
+        return mount
+    law = mount.pointing
+    if isinstance(law.towards, Place):
+        place = law.towards
+        moved = motion_of(place.spacecraft, place.group, motions)
+        if moved is not None:
+            position = moved[:3, :3] @ place.position_body + moved[:3, 3]
+            law = replace(law, towards=replace(place, position_body=position, group=0))
+            mount = replace(mount, pointing=law)
+    if isinstance(mount, FreeMount):
+        return mount
+    moved = motion_of(mount.spacecraft, mount.group, motions)
+    if moved is None:
+        return mount
+    turn = moved[:3, :3]
+    if law.axes == "body":
+        towards = turn @ law.towards if isinstance(law.towards, np.ndarray) else law.towards
+        law = replace(law, towards=towards, up=turn @ law.up)
+    position = turn @ mount.position_body + moved[:3, 3]
+    return replace(mount, position_body=position, pointing=law, group=0)
 
 
 def camera_velocity(mount: Mount, bodies: Mapping[str, Pose]) -> Array:

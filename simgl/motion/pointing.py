@@ -32,10 +32,14 @@ class Ellipsoid(Protocol):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Place:
-    """A point fixed to a spacecraft: (3,) in its body axes [m]."""
+    """A point of a spacecraft: (3,) in its body axes, as stored [m].
+
+    group : index in ``body_from_stored`` of what carries it; 0 for no joint
+    """
 
     spacecraft: str
     position_body: Array
+    group: int = 0
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,6 +8,7 @@ from simgl.arrays import Array
 from simgl.config.validation import exactly_one, shown
 from simgl.config.value_types import direction
 from simgl.errors import ConfigError, did_you_mean
+from simgl.motion.joints import group_of_keypoint, group_of_part
 from simgl.motion.mounts import BodyMount, FreeMount, Mount, OrbitingMount
 from simgl.motion.pointing import Axes, Limb, Place, Pointing
 from simgl.scenario.schema import CameraTable, LookAtTable
@@ -47,10 +48,12 @@ def read_mount(
         raise ConfigError(where, "limb", 'needs an Earth; shape = "none" leaves it out')
     model = models[named_spacecraft(table.on, models, where, "on")]
     axes = table.axes or ("body" if table.limb is None else "lvlh")
+    position_body, group = place_on(model, table, where)
     return BodyMount(
         spacecraft=table.on,
-        position_body=place_on(model, table, where),
+        position_body=position_body,
         pointing=_pointing(where, table, models, axes),
+        group=group,
     )
 
 
@@ -92,15 +95,18 @@ def _place(where: str, given: str | LookAtTable, models: dict[str, SpacecraftMod
     model = models[name]
     if given.keypoint is not None and given.part is not None:
         raise ConfigError(where, "look_at.part", "contradicts keypoint; give one of them")
-    place = np.zeros(3)
+    place, group = np.zeros(3), 0
     if given.keypoint is not None:
+        group = group_of_keypoint(model.joints, given.keypoint)
         place = keypoint_on(model, given.keypoint, where, "look_at.keypoint")
     if given.part is not None:
         if given.part not in model.parts:
             known = did_you_mean(given.part, model.parts)
             problem = f'is not of "{model.name}": {shown(given.part)}; {known}'
             raise ConfigError(where, "look_at.part", problem)
-        corners = model.mesh.positions[model.mesh.part == model.parts.index(given.part)]
+        part = model.parts.index(given.part)
+        group = group_of_part(model.joints, part)
+        corners = model.mesh.positions[model.mesh.part == part]
         low, high = corners.min(axis=0), corners.max(axis=0)
         place = 0.5 * (low.astype(np.float64) + high.astype(np.float64))
-    return Place(spacecraft=name, position_body=place)
+    return Place(spacecraft=name, position_body=place, group=group)

@@ -68,10 +68,12 @@ def _lamp(
         problem = f"and edge_deg must together stay within {WIDEST_DEG:g}, got {outer:g}"
         raise ConfigError(where, "half_angle_deg", problem)
     power, spectrum = _light(where, table, base, bands)
+    position_body, group = place_on(model, table, where)
     return Lamp(
         name=name,
         spacecraft=table.on,
-        position_body=place_on(model, table, where),
+        position_body=position_body,
+        group=group,
         boresight_body=direction(table.boresight or (1.0, 0.0, 0.0), where, "boresight"),
         look_at=None
         if table.look_at is None

@@ -15,7 +15,14 @@ from simgl.camera.camera import Camera
 from simgl.errors import ConfigError
 from simgl.html_table import html_table
 from simgl.motion.drives import JointLaws
-from simgl.motion.mounts import Mount, camera_pose, camera_velocity
+from simgl.motion.mounts import (
+    Motions,
+    Mount,
+    at_joints,
+    camera_pose,
+    camera_velocity,
+    motion_of,
+)
 from simgl.motion.trajectory import Motion, poses
 from simgl.physics.constants import SOLAR_RADIUS
 from simgl.physics.ephemeris import itrf_from_icrf, moon_position, sun_position, utc_from_tai_ns
@@ -78,6 +85,11 @@ class EphemerisSun:
             visible=self.visible,
             limb=self.limb,
         )
+
+
+def joint_motions(bodies: Mapping[str, BodyState]) -> Motions:
+    """How the joints of spacecraft have moved what they carry."""
+    return {name: body.model.posed_mesh.motion for name, body in bodies.items()}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -261,12 +273,16 @@ class Scenario:
         moon = moon_position(tai_ns) if isinstance(self.sun, EphemerisSun) else None
         with self._named_in_errors():
             placed = poses(self.motions, tai_ns, bodies)
-            cameras = self._cameras(exposure_times or {}, placed, light, earth)
-            lamps = tuple(lamp_state(lamp, placed) for lamp in self.lamps.values())
             body_states = {
                 name: self._body(name, tai_ns, light, placed[name], given.get(name, {}))
                 for name in self.models
             }
+            motions = joint_motions(body_states)
+            cameras = self._cameras(exposure_times or {}, placed, motions, light, earth)
+            lamps = tuple(
+                lamp_state(lamp, placed, motion_of(lamp.spacecraft, lamp.group, motions))
+                for lamp in self.lamps.values()
+            )
         return SceneState(
             tai_ns=tai_ns,
             sun=light,
@@ -283,13 +299,14 @@ class Scenario:
         self,
         exposure_times: Mapping[str, float],
         placed: Mapping[str, Pose],
+        motions: Motions,
         sun: Sun,
         earth: EarthState | None,
     ) -> dict[str, CameraState]:
         """The cameras on their mounts, among the placed spacecraft."""
         states = {}
         for name, camera in self.cameras.items():
-            mount = self.mounts[name]
+            mount = at_joints(self.mounts[name], motions)
             position, R_camera_from_icrf = camera_pose(
                 name, mount, placed, lambda place: sun.seen_from(place).direction_icrf, earth
             )

@@ -9,6 +9,7 @@ import numpy as np
 from simgl.arrays import Array
 from simgl.config.validation import exactly_one, shown
 from simgl.errors import ConfigError, did_you_mean
+from simgl.motion.joints import group_of_keypoint
 from simgl.scenario.schema import CameraTable, LampTable, SpacecraftTable
 from simgl.scene.spacecraft import SpacecraftModel
 
@@ -39,14 +40,18 @@ def keypoint_on(model: SpacecraftModel, name: str, where: str, key: str) -> Arra
     return model.keypoints[name]
 
 
-def place_on(model: SpacecraftModel, table: CameraTable | LampTable, where: str) -> Array:
-    """(3,) place in body axes [m], given by exactly one of a keypoint and coordinates."""
+def place_on(
+    model: SpacecraftModel, table: CameraTable | LampTable, where: str
+) -> tuple[Array, int]:
+    """(3,) place in body axes [m], given by exactly one of a keypoint and coordinates, and the
+    index in ``body_from_stored`` of what carries it."""
     given = {"position_body_m": table.position_body_m, "keypoint": table.keypoint}
     exactly_one(given, where)
     if table.keypoint is not None:
-        return keypoint_on(model, table.keypoint, where, "keypoint")
+        place = keypoint_on(model, table.keypoint, where, "keypoint")
+        return place, group_of_keypoint(model.joints, table.keypoint)
     assert table.position_body_m is not None
-    return np.array(table.position_body_m)
+    return np.array(table.position_body_m), 0
 
 
 def check_place(table: SpacecraftTable | CameraTable, where: str, keys: tuple[str, ...]) -> None:

@@ -18,8 +18,9 @@ class Lamp:
     """A spot light on a spacecraft.
 
     spacecraft : name of the one that carries it
-    position_body : (3,) of the middle of its aperture [m]
-    boresight_body : (3,) unit, of the beam's axis, in body axes
+    position_body : (3,) of the middle of its aperture, as stored [m]
+    boresight_body : (3,) unit, of the beam's axis, in body axes, as stored
+    group : index in ``body_from_stored`` of what carries it; 0 for no joint
     look_at : name of the spacecraft that the beam follows; None keeps the boresight
     power : (4,) optical, radiated in each band over the whole beam [W]
     half_angle : of the cone within which the intensity is uniform [rad]
@@ -38,6 +39,7 @@ class Lamp:
     edge: float
     radius: float
     spectrum: LineSpectrum | None = None
+    group: int = 0
 
     @property
     def intensity(self) -> Array:
@@ -67,15 +69,21 @@ class LampState:
         )
 
 
-def lamp_state(lamp: Lamp, bodies: Mapping[str, Pose]) -> LampState:
+def lamp_state(
+    lamp: Lamp, bodies: Mapping[str, Pose], body_from_stored: Array | None = None
+) -> LampState:
     """Position and beam direction of a lamp, in ICRF axes.
+
+    body_from_stored : (4, 4) of the joint that carries it; None where it is as stored
 
     Raises ConfigError where the spacecraft that it follows is at its own place.
     """
     body = bodies[lamp.spacecraft]
-    position = body.position + body.R_icrf_from_body @ lamp.position_body
+    moved = np.eye(4) if body_from_stored is None else body_from_stored
+    position_body = moved[:3, :3] @ lamp.position_body + moved[:3, 3]
+    position = body.position + body.R_icrf_from_body @ position_body
     if lamp.look_at is None:
-        direction = body.R_icrf_from_body @ lamp.boresight_body
+        direction = body.R_icrf_from_body @ (moved[:3, :3] @ lamp.boresight_body)
     else:
         direction = bodies[lamp.look_at].position - position
         if not np.any(direction):
