@@ -32,7 +32,8 @@ def wrist(joints_deg: Mapping[str, float], **camera: Any) -> Scenario:
     grip = {"on": "servicer", "keypoint": "grip"}
     ahead = {**grip, "boresight": [0.6, 0.0, 0.8], "up": [0, 1, 0]}
     size = {"width_px": 64, "height_px": 64, "focal_length_mm": 0.5}
-    away = {"position_icrf_m": (PLACE + np.array([9.0, -4.0, 3.0])).tolist(), "up": [0, 0, 1], **size}
+    apart = PLACE + np.array([9.0, -4.0, 3.0])
+    away = {"position_icrf_m": apart.tolist(), "up": [0, 0, 1], **size}
     q = ATTITUDE.as_quat().tolist()
     return scenario_from_dict(
         {
