@@ -22,6 +22,7 @@ from simgl.view.image_motion import (
     turn_of_body,
     turn_of_joints,
 )
+from simgl.view.lamp_steps import steps_of_lamps
 from simgl.view.row_clock import camera_from_body
 from simgl.view.small_targets import outline_area
 from simgl.view.turned_faces import snapshots_of_faces
@@ -37,8 +38,8 @@ LONGEST_TURN = float(np.radians(12.0))
 # Turn over which lobes are averaged, of a body with the narrowest ones [rad]: of what flashes up
 # for less time the streak is as long as its way in that turn.
 _GLOSSY_TURN = float(np.radians(2.5))
-# Snapshots that are enough for what hides something else, or shades it, and goes farther than that
-# many times ``LARGEST_STEP``. Each shows where both are in its middle: edges come in so many steps,
+# Snapshots that are enough for what passes through the beam of a lamp, and for what hides something
+# else, or shades it, and goes farther than that many times ``LARGEST_STEP``. Each shows where both are in its middle: edges come in so many steps,
 # with the right mean.
 _ENOUGH_STEPS = 8.0
 # The longest way along which one snapshot is swept [px].
@@ -104,7 +105,8 @@ def snapshot_count(
     for body in shown[0].bodies:
         uneven = max(uneven, _uneven((first, middle, last), name, body, exposed))
         turning = max(turning, _of_outline(states, name, body, exposed))
-    steps = min(exposed * _steps_against(states, name, names), _ENOUGH_STEPS)
+    against = max(_steps_against(states, name, names), steps_of_lamps(states, names))
+    steps = min(exposed * against, _ENOUGH_STEPS)
     wanted = max(lit, way, steps, uneven, turning)
     count = int(np.clip(np.ceil(wanted), 1, MAX_PARTS))
     return count, int(np.ceil(max(turns / count, 1.0)))
