@@ -39,8 +39,8 @@ LONGEST_TURN = float(np.radians(12.0))
 # for less time the streak is as long as its way in that turn.
 _GLOSSY_TURN = float(np.radians(2.5))
 # Snapshots that are enough for what passes through the beam of a lamp, and for what hides something
-# else, or shades it, and goes farther than that many times ``LARGEST_STEP``. Each shows where both are in its middle: edges come in so many steps,
-# with the right mean.
+# else, or shades it, and goes farther than that many times ``LARGEST_STEP``. Each shows where both
+# are in its middle: edges come in so many steps, with the right mean.
 _ENOUGH_STEPS = 8.0
 # The longest way along which one snapshot is swept [px].
 LONGEST_WAY = 400.0
