@@ -22,7 +22,7 @@ class StarSeen:
     hip : number in the Hipparcos catalogue; None for a planet
     planet : its name; None for a star
     magnitude : Johnson's V
-    pixel : column and row; the centre of the first pixel is (0.5, 0.5)
+    pixel : column and row, where the lens shows it; the centre of the first pixel is (0.5, 0.5)
     direction_icrf : (3,) unit, with proper motion, parallax and aberration
     irradiance : (4,) per band, facing the star [W m-2]
     hidden_by : the body that hides it, spacecraft not considered; None where it is seen

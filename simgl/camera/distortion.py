@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 import scipy
@@ -23,10 +23,14 @@ _SPACING, _MIN_ROWS, _MAX_ROWS = 1.15, 2, 8
 _LARGE_DISC = 10.0
 # How much wider than on the boresight a fisheye shows it, at most.
 _WIDENED = 3.0
-# Places across the square about a smaller one at which its coverage of fine pixels is sampled.
 # Cosine of the angle off a pinhole's boresight beyond which no pixel near is drawn through it.
 _NEAR_A_PART = 0.08
+# Places across the square about a smaller one at which its coverage of fine pixels is sampled.
 _DISC_POINTS = 200
+# Displacement of a point that changes what the warp keeps of its light, by 0.2 per pixel [px].
+_NOTICEABLE = 0.005
+# Widest triangle of a point [fine pixels]; pixels in the corners of a cube's faces have 6.
+_WIDEST_POINT = 16.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -46,13 +50,10 @@ class _WarpSamples:
     columns: IndexArray
     part: Array
 
-    def chosen(self, pixels: IndexArray) -> _WarpSamples:
-        """Those of some of the pixels."""
-        return _WarpSamples(**{one.name: getattr(self, one.name)[pixels] for one in fields(self)})
 
-
-def _warp_samples(seen: PinholeField, x: IndexArray, y: IndexArray) -> _WarpSamples:
-    """Those of the pixels in columns x and rows y."""
+def _pixel_edges(seen: PinholeField, x: IndexArray, y: IndexArray) -> tuple[Array32, Array32]:
+    """(..., 2) edges of the pixels in columns x and rows y along rows and columns, in the pinhole's
+    image [px]."""
     height, width = seen.drawn.shape
     # One-sided at the edges, as in the shader.
     left, right = np.maximum(x - 1, 0), np.minimum(x + 1, width - 1)
@@ -61,6 +62,12 @@ def _warp_samples(seen: PinholeField, x: IndexArray, y: IndexArray) -> _WarpSamp
     span_y = np.maximum(bottom - top, 1).astype(np.float32)[..., None]
     across = (seen.places[y, right] - seen.places[y, left]) / span_x
     down = (seen.places[bottom, x] - seen.places[top, x]) / span_y
+    return across, down
+
+
+def _warp_samples(seen: PinholeField, x: IndexArray, y: IndexArray) -> _WarpSamples:
+    """Those of the pixels in columns x and rows y."""
+    across, down = _pixel_edges(seen, x, y)
     rows, columns = (
         np.clip(
             np.ceil(np.linalg.norm(step, axis=-1) * FINER / _SPACING), _MIN_ROWS, _MAX_ROWS
@@ -79,43 +86,95 @@ def _warp_samples(seen: PinholeField, x: IndexArray, y: IndexArray) -> _WarpSamp
 
 def _reach(seen: PinholeField) -> int:
     """Distance at which a point source may still contribute to a pixel [px]."""
-    # A star covers 3 x 3 fine pixels, interpolation adds half a one; half a pixel for its position.
-    return int(np.ceil(2.0 / FINER / max(seen.smallest_step, 0.25) + 0.5))
+    # A star's triangle reaches one pixel, one and a half where pixels are turned by 45 deg; a fine
+    # pixel and interpolation add one and a half of those; half a pixel for its position.
+    return int(np.ceil(2.0 + 1.5 / FINER / max(seen.smallest_step, 0.25)))
 
 
-def warped_point_share(camera: Camera, rays: Array) -> Array:
-    """(n,) factor by which the warp changes the light of point sources; 1 near the image's edges.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class WarpedPoints:
+    """What the warp does to point sources; nothing to those near the image's edges.
 
-    rays : (n, 3) towards them, camera axes. In a fine image each covers 3 x 3 pixels with the
-        weights of shaders/stars/stars.frag
+    share : (n,) factor on their light, drawn where ``drawn_points`` moves them
+    offset : (n, 2) of their centroids in the camera's image, drawn where they are [px]
+    """
+
+    share: Array
+    offset: Array
+
+
+def warped_points(camera: Camera, rays: Array) -> WarpedPoints:
+    """What the warp does to point sources.
+
+    rays : (n, 3) towards them, camera axes. In a fine image each has the weights of
+        shaders/stars/stars.frag, in the place and of the width of ``drawn_points``
 
     The sample points of the warp weight the fine pixels unequally, by some per cent. For extended
     sources this averages out, for a star it does not.
     """
-    complete, share = np.ones(len(rays), dtype=np.bool_), np.zeros(len(rays))
+    share, offset = _drawn_through_all(camera, rays, np.zeros((len(rays), 2)))
+    moved = np.linalg.norm(offset, axis=1) > _NOTICEABLE
+    share[moved], _ = _drawn_through_all(camera, rays[moved], offset[moved])
+    return WarpedPoints(share=share, offset=offset)
+
+
+def _drawn_through_all(camera: Camera, rays: Array, moved_by: Array) -> tuple[Array, Array]:
+    """(n,) light and (n, 2) displacements [px] that the warp gives to point sources of light 1,
+    drawn as if it displaced them by ``moved_by``; 1 and 0 near the image's edges."""
+    complete, places = np.ones(len(rays), dtype=np.bool_), camera.project(rays)
+    moments = np.zeros((3, len(rays)))
     for seen in pinhole_fields(camera):
         star, x, y = _windows(camera, seen, rays)
         inside = _on_seen_pixels(seen, x, y)
         complete &= inside
-        x, y, star = x[inside], y[inside], star[inside]
+        moved, wide = drawn_points(camera, seen, rays[inside], moved_by[inside])
+        x, y, star, place = x[inside], y[inside], star[inside] + moved, places[inside]
         # Of the pixels around a star those that are drawn here and see a fine pixel of it.
-        one, near = np.nonzero(seen.drawn[y, x])
-        samples = _warp_samples(seen, x[one, near], y[one, near])
-        half = 0.5 * (np.abs(samples.across) + np.abs(samples.down))
-        off = np.abs(samples.middle - star[one] / FINER)
-        lit = np.flatnonzero(np.all(off < half + 2.0 / FINER, axis=-1))
-        one, samples = one[lit], samples.chosen(lit)
+        off = np.abs(FINER * seen.places[y, x] - star[:, None])
+        lit = np.all(off < 1.6 * wide[:, None] + 1.5, axis=-1) & seen.drawn[y, x]
+        one, near = np.nonzero(lit)
+        x, y = x[one, near], y[one, near]
+        samples = _warp_samples(seen, x, y)
         rows, columns, total = samples.rows, samples.columns, np.zeros(len(one))
         for j, i in np.ndindex(int(rows.max(initial=0)), int(columns.max(initial=0))):
             v, u = (j + 0.5) / rows - 0.5, (i + 0.5) / columns - 0.5
             at = samples.middle + u[..., None] * samples.across + v[..., None] * samples.down
             at = FINER * at
             # Each fine pixel has the star's radiance by its own solid angle.
-            light = _interpolated(at, star[one]).prod(axis=-1)
+            light = _interpolated(at, star[one], wide[one]).prod(axis=-1)
             light /= _cosine_cubed(at / FINER, seen.pinhole)
             total += np.where((j < rows) & (i < columns), samples.part * light, 0.0)
-        share[inside] += np.bincount(one, total, minlength=len(star))
-    return np.where(complete, share, 1.0)
+        away = x + 0.5 - place[one, 0], y + 0.5 - place[one, 1]
+        for moment, weight in zip(moments, (total, *(total * d for d in away)), strict=True):
+            moment[inside] += np.bincount(one, weight, minlength=len(star))
+    light, *first = np.where(complete, moments, [[1.0], [0.0], [0.0]])
+    return light, np.stack(first, axis=-1) / light[:, None]
+
+
+def drawn_points(
+    camera: Camera, seen: PinholeField, rays: Array, offset: Array
+) -> tuple[Array, Array]:
+    """(n, 2) displacements of point sources in a fine image that move their centroids back by an
+    offset, and (n, 2) full widths at half height of the triangles with which they are drawn, along
+    its columns and rows [fine pixels].
+
+    rays : (n, 3) towards them, camera axes
+    offset : (n, 2) [px of the camera]
+
+    The widths are those of the rectangle around one pixel of the camera. Narrower points fall
+    between the sample points of the warp.
+    """
+    height, width = seen.drawn.shape
+    x, y = _pixels_of(camera, rays).T
+    across, down = _pixel_edges(seen, np.clip(x, 0, width - 1), np.clip(y, 0, height - 1))
+    moved = -FINER * (offset[:, :1] * across + offset[:, 1:] * down)
+    wide = FINER * (np.abs(across) + np.abs(down))
+    return moved, np.clip(wide, 1.0, _WIDEST_POINT).astype(np.float64)
+
+
+def _pixels_of(camera: Camera, rays: Array) -> IndexArray:
+    """(n, 2) column and row of the pixels that see rays; far away where the lens sees nothing."""
+    return np.floor(np.nan_to_num(camera.project(rays), nan=-1e6)).astype(np.intp)
 
 
 def _windows(
@@ -128,8 +187,7 @@ def _windows(
         tangents = tangents[:, :2] / np.where(tangents[:, 2:] > 0.0, tangents[:, 2:], np.nan)
     pinhole, reach = seen.pinhole, _reach(seen)
     star = FINER * (tangents * pinhole.focal_length_px + np.array(pinhole.principal_point))
-    # Far away where the lens sees nothing.
-    pixel = np.floor(np.nan_to_num(camera.project(rays), nan=-1e6)).astype(np.intp)
+    pixel = _pixels_of(camera, rays)
     window = np.mgrid[-reach : reach + 1, -reach : reach + 1]
     x, y = (pixel[:, k, None] + window[1 - k].ravel() for k in (0, 1))
     return star, x, y
@@ -197,15 +255,18 @@ def _disc_coverage(
     return covered.reshape(size, points, size, points).mean(axis=(1, 3))
 
 
-def _interpolated(at: Array, star: Array) -> Array:
+def _interpolated(at: Array, star: Array, wide: Array) -> Array:
     """A star's weights in fine pixels along either axis, interpolated at places, (..., 2) each."""
-    total = np.zeros(np.broadcast_shapes(at.shape, star.shape))
-    for step in (-1.0, 0.0, 1.0):
-        cell = np.floor(star) + step + 0.5
-        off = np.abs(cell - star)
-        part = np.where(off < 0.5, 0.75 - off * off, 0.5 * (1.5 - off) ** 2)
-        total += part * np.maximum(1.0 - np.abs(at - cell), 0.0)
-    return total
+    low = np.floor(at - 0.5) + 0.5
+    edges = [_left_of(low + step - star, wide) for step in (-0.5, 0.5, 1.5)]
+    weight = at - low
+    return (1.0 - weight) * (edges[1] - edges[0]) + weight * (edges[2] - edges[1])
+
+
+def _left_of(off: Array, wide: Array) -> Array:
+    """Share of a star's triangle below an offset from its place."""
+    t = np.clip(off / wide, -1.0, 1.0)
+    return 0.5 + t * (1.0 - 0.5 * np.abs(t))
 
 
 def _cosine_cubed(places: Array, pinhole: Camera) -> Array:

@@ -105,10 +105,13 @@ class StarPoints:
 
     pixels : (n, 2) float32
     irradiance : (n, 4) float32, facing the star [W m-2]
+    widths : (n, 2) float32, full width at half height of the triangle that blurs the star, along
+        columns and rows [pixels]
     """
 
     pixels: Array32
     irradiance: Array32
+    widths: Array32
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -192,7 +195,8 @@ def celestial(
 
 
 def star_places(state: SceneState, camera: CameraState) -> StarPlaces | None:
-    """Stars and planets within an image, or just outside; None where the scene has no stars."""
+    """Stars and planets within an image, or just outside, where the lens shows them; None where the
+    scene has no stars."""
     if state.stars is None:
         return None
     sky, catalogue = state.stars, state.stars.catalogue
@@ -219,11 +223,7 @@ def star_places(state: SceneState, camera: CameraState) -> StarPlaces | None:
     if bent is not None:
         seen, share = bent.points(seen)
     in_camera = seen @ R.T
-    before = in_camera[:, 2] > 1e-6
-    rows, seen, in_camera = rows[before], seen[before], in_camera[before]
-    light, share = light[before], share[before]
-    k = optics.intrinsics
-    pixels = in_camera[:, :2] / in_camera[:, 2:] * k[0, 0] + k[:2, 2]
+    pixels = optics.project(in_camera)  # NaN where the lens sees nothing
     size = np.array([d.width, d.height])
     inside = np.all((pixels > -STAR_REACH) & (pixels < size + STAR_REACH), axis=1)
     return StarPlaces(
@@ -273,6 +273,7 @@ def _star_points(state: SceneState, camera: CameraState, hidden: _Hidden) -> Sta
     return StarPoints(
         pixels=_float32(places.pixels[seen]),
         irradiance=_float32(places.irradiance[seen] * places.share[seen, None]),
+        widths=np.ones((int(seen.sum()), 2), dtype=np.float32),
     )
 
 

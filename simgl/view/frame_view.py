@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 
 from simgl.camera.camera import Camera
-from simgl.camera.distortion import warped_disc_share, warped_point_share
+from simgl.camera.distortion import drawn_points, warped_disc_share, warped_points
 from simgl.camera.pinhole_fields import FINER, PinholeField, pinhole_fields
 from simgl.camera.pixel_ramp import SHARP, Ramps
 from simgl.radiosity.transport_store import JointLight
@@ -277,15 +277,23 @@ def _background_through(
 def _with_all_their_light(
     behind: Background, sun: SunSeen, placed: CameraState, seen: PinholeField
 ) -> Background:
-    """A background whose stars and Sun make up for what a distorting lens's warp loses or adds."""
+    """A background whose stars and Sun make up for what a distorting lens's warp loses, adds or
+    displaces."""
     beyond = behind.celestial
     if beyond is None:
         return behind
     stars, disc = beyond.stars, beyond.sun
     if stars is not None:
         rays = seen.pinhole.rays(stars.pixels.astype(np.float64) / FINER)
-        share = warped_point_share(placed.camera, rays @ seen.R_pinhole_from_camera)
-        stars = replace(stars, irradiance=(stars.irradiance / share[:, None]).astype(np.float32))
+        rays = rays @ seen.R_pinhole_from_camera
+        warped = warped_points(placed.camera, rays)
+        moved, widths = drawn_points(placed.camera, seen, rays, warped.offset)
+        stars = replace(
+            stars,
+            pixels=(stars.pixels + moved).astype(np.float32),
+            irradiance=(stars.irradiance / warped.share[:, None]).astype(np.float32),
+            widths=widths.astype(np.float32),
+        )
     if disc is not None:
         ray = placed.R_camera_from_icrf @ sun.direction_icrf
         of_sun = warped_disc_share(placed.camera, ray, sun.angular_radius)

@@ -24,11 +24,11 @@ _STARS = Block(
         ]
     ),
 )
-_STAR = np.dtype([("pixel", "<f4", 2), ("irradiance", "<f4", 4)])
+_STAR = np.dtype([("pixel", "<f4", 2), ("width", "<f4", 2), ("irradiance", "<f4", 4)])
 
 
 class StarPass:
-    """Spreads each star over 3 x 3 pixels: radiances times solid angles sum to its irradiance."""
+    """Spreads each star over some pixels: radiances times solid angles sum to its irradiance."""
 
     state = State(blend=(moderngl.ONE, moderngl.ONE))
 
@@ -43,7 +43,8 @@ class StarPass:
     def draw(self, view: CelestialView, stars: StarPoints, target: moderngl.Framebuffer) -> None:
         """Add the stars to what an RGBA32F target holds [W m-2 sr-1]."""
         data = np.zeros(len(stars.pixels), dtype=_STAR)
-        data["pixel"], data["irradiance"] = stars.pixels, stars.irradiance
+        data["pixel"], data["width"] = stars.pixels, stars.widths
+        data["irradiance"] = stars.irradiance
         self._upload(data.tobytes())
         self.state.apply(self._ctx, target, (0, 0, *target.size))
         self._block.write(
@@ -61,7 +62,7 @@ class StarPass:
         if self._stars is None or self._stars.size < len(content):
             self._free_stars()
             stars = self._ctx.buffer(reserve=2 * len(content))
-            layout = (stars, "2f 4f /i", "in_pixel", "in_irradiance")
+            layout = (stars, "2f 2f 4f /i", "in_pixel", "in_width", "in_irradiance")
             self._array = self._ctx.vertex_array(self._program, [layout])
             self._stars = stars
         self._stars.write(content)
