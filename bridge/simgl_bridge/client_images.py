@@ -38,7 +38,7 @@ class Image:
     sequence : number of the reply among those with images of the server
     tai_ns : mid-exposure
     exposure_start_tai_ns, exposure_end_tai_ns : half an exposure before and after mid-exposure
-    readout_end_tai_ns : when the last row is read
+    readout_end_tai_ns : when the last row is read; not before its exposure ends
     available_tai_ns : when flight software receives the image
     state_hash : of the state that is shown, verified by the client
     exposure_time_s, gain_dn_per_e : that were used

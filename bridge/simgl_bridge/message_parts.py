@@ -41,7 +41,7 @@ class CameraDescription(Struct, frozen=True, kw_only=True):
 
     cx, cy : principal point; the centre of the pixel in column i, row j is (i + 0.5, j + 0.5)
     exposure_time_s, gain_dn_per_e : used where a request gives none
-    readout_time_s : from the end of exposure to the last row read
+    readout_time_s : from the end of exposure, of the middle row, to the last row read
     transport_latency_s : from there until flight software has the image
     lidar : whether it has a flash LIDAR, and with it the products of one
     thermal : whether it sees thermal radiation
@@ -134,7 +134,7 @@ class CameraImage(Struct, frozen=True, kw_only=True):
     intrinsics : from camera axes to pixel coordinates
     exposure_start_tai_ns, exposure_end_tai_ns : half an exposure before and after mid-exposure; of
         a bolometer a time constant before it is read, and then
-    readout_end_tai_ns : when the last row is read
+    readout_end_tai_ns : when the last row is read; not before its exposure ends
     available_tai_ns : when flight software receives the image
     sun_direction_icrf : unit, from the camera towards the Sun
     sun_irradiance_w_m2 : per channel at the camera, unobstructed

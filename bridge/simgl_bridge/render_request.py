@@ -16,6 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from simgl.arrays import AnyArray, Array, Image16
 from simgl.camera.camera import Camera
+from simgl.camera.rolling_shutter import read_out
 from simgl.errors import ConfigError, SimglError
 from simgl.images import saturation_level
 from simgl.physics.frames import Pose, matrix_from_quaternion, quaternion_from_matrix
@@ -272,7 +273,9 @@ def _camera_image(
     exposure_ns = round(camera.exposure_time * 1e9)
     at_end = camera.thermal is not None and camera.thermal.reads_at_epoch
     start = state.tai_ns - (exposure_ns if at_end else exposure_ns // 2)
-    readout_end = start + exposure_ns + round(camera.readout_time * 1e9)
+    # A rolling shutter exposes half of its rows after the middle one.
+    rows_after = 0.5 * read_out(camera)
+    readout_end = start + exposure_ns + round(max(camera.readout_time, rows_after) * 1e9)
     return CameraImage(
         camera=camera.name,
         position_m=_floats(info.position),

@@ -66,9 +66,15 @@ vec4 collected(ivec2 group) {
 #ifdef DARK_MAP
     mean += exposure_time * read_texel(dark_map, group);
 #endif
+#ifdef COLLECT
+    // All of it counts: what the well does not hold flows on.
+    const float limit = 1e30;
+#else
     // Far beyond the full well the count no longer matters, and stays an exact float but for wells
     // beyond 8e6 electrons, whose shot noise is a thousand times the last digit.
-    vec4 count = poisson(clamp(mean, 0.0, max(1e7, 2.0 * full_well)), random(group, SHOT));
+    float limit = max(1e7, 2.0 * full_well);
+#endif
+    vec4 count = poisson(clamp(mean, 0.0, limit), random(group, SHOT));
 #ifdef HITS
     count += read_texel(hits, group);
 #endif

@@ -27,7 +27,7 @@ class Camera:
     name : of the camera in its scenario
     lens, detector : optics and electronics
     exposure_time : [s]
-    readout_time : from the end of exposure to the last row read [s]
+    readout_time : from the end of exposure, of the middle row, to the last row read [s]
     transport_latency : from the last row read to the image in flight software [s]
     lidar : flash LIDAR that uses the lens and the pixels; None for none
     event_sensor : pixels of an event camera; None for none

@@ -199,7 +199,7 @@ class CameraSettingsTable(DetectorTable, frozen=True, kw_only=True):
     calibration : file of OpenCV, ROS or Kalibr with all of these, image size and distortion
     f_number : focal length over aperture
     exposure_time_s : its middle is the epoch of the image
-    readout_time_s : from the end of the exposure until the image is read
+    readout_time_s : from the end of the exposure, of the middle row, until the image is read
     transport_latency_s : from there until flight software has the image
     transmission : of the lens, one number or four bands
     optics : imperfections of the lens

@@ -184,6 +184,22 @@ def test_an_image_says_when_light_fell_and_when_flight_software_has_it(
     assert image.available_tai_ns == image.tai_ns + 120_500_000
 
 
+def test_no_image_of_a_rolling_shutter_is_read_before_its_last_row_is_exposed(
+    start_server: Starter, scenario: Scenario
+) -> None:
+    rows = scenario.cameras["nav"].detector.height
+    slow = replace(scenario.cameras["nav"].detector, row_time=0.001)
+    nav = replace(scenario.cameras["nav"], detector=slow)
+    running = start_server(replace(scenario, cameras={**scenario.cameras, "nav": nav}))
+    now = scenario.epoch_tai_ns
+    with Client(running.address, timeout_s=limit(20.0)) as client:
+        image = client.render(now, "nav", exposure_time_s=0.001)
+    # Mid-exposure is that of the middle row; half of the others come after it.
+    last_row = now + (rows - 1) * 500_000
+    assert image.exposure_end_tai_ns == now + 500_000
+    assert image.available_tai_ns == image.readout_end_tai_ns == last_row + 500_000
+
+
 def test_time_goes_backwards_only_where_that_is_meant(client: Client, scenario: Scenario) -> None:
     now = scenario.epoch_tai_ns
     client.render(now + SECOND, "nav")

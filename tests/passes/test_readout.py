@@ -245,6 +245,18 @@ print([frames[epoch] for epoch in sorted(frames)])
 """
 
 
+def test_all_charge_of_a_very_bright_pixel_flows_along_its_column(gl: moderngl.Context) -> None:
+    """As that of the Sun, of 1e10 electrons."""
+    mean = np.zeros((SIDE, SIDE), dtype=np.float32)
+    mean[256, 100] = 4e7
+    dn = expose(gl, mean, camera(full_well=1000.0, blooming=0.01))
+    # 0.5 % of it each way fills 200 pixels; its shot noise is 0.03 of a pixel.
+    column = dn[:, 100]
+    np.testing.assert_array_equal(np.flatnonzero(column == 1000), np.arange(57, 456))
+    # The well's own charge does not flow: 5 electrons each way.
+    assert np.all(np.abs(column[[56, 456]] - 995.0) < 5 * 0.005 * np.sqrt(4e7))
+
+
 def test_bits_are_the_same_for_any_number_of_threads_and_order_of_frames() -> None:
     root = Path(__file__).resolve().parents[2]
     said = set()
