@@ -102,3 +102,14 @@ def _with_curve_file(folder: Path) -> Path:
     head, _, _ = preset_path("mt9m034").read_text().partition("[qe]")
     (folder / "mine.toml").write_text(f'{head}[qe]\ncsv = "qe.csv"\n')
     return folder / "mine.toml"
+
+
+@pytest.mark.parametrize(
+    ("name", "periods", "clock"), [("mt9m034", 1650, 74.25), ("mt9p031", 3492, 96.0)]
+)
+def test_a_row_takes_so_many_periods_of_the_pixel_clock(
+    name: str, periods: int, clock: float
+) -> None:
+    """Clocks in MHz; of the MT9P031 2592 columns and a blanking of 900."""
+    # Printed to five digits.
+    assert load_preset(preset_path(name)).row_time_us == pytest.approx(periods / clock, rel=2e-5)
