@@ -10,7 +10,7 @@ import moderngl
 from simgl.gpu.compute_screen import ComputeScreen
 from simgl.gpu.context import begin_draws, prefers_compute
 from simgl.gpu.pipeline_state import State
-from simgl.gpu.program import load_program
+from simgl.gpu.program import FULLSCREEN, load_program
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.screen_shader import ScreenShader
 from simgl.gpu.triangles import Triangles
@@ -26,7 +26,7 @@ class Screen:
         self._program = load_program(
             ctx,
             shader.name,
-            vertex="common/fullscreen.vert",
+            vertex=FULLSCREEN,
             blocks=shader.blocks,
             spare=shader.spare,
             samplers=shader.samplers,
@@ -90,7 +90,7 @@ class FullscreenProgram:
         self._program = load_program(
             ctx,
             name,
-            vertex="common/fullscreen.vert",
+            vertex=FULLSCREEN,
             blocks=[block, *shared],
             samplers=samplers,
             defines=defines if isinstance(defines, Mapping) else dict.fromkeys(defines, 1),

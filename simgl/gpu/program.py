@@ -11,9 +11,14 @@ from simgl import assets
 from simgl.errors import ShaderError
 from simgl.gpu.compute_glsl import GLSL_VERSION as COMPUTE_GLSL_VERSION
 from simgl.gpu.compute_glsl import as_compute, is_of_draw
+from simgl.gpu.context import is_software
 from simgl.gpu.glsl import Stage, assemble
+from simgl.gpu.handed_values import hand_values, placeholder
 from simgl.gpu.held_signals import signals_held
 from simgl.gpu.uniform_blocks import Block
+
+# The vertex stage of full-screen passes, and the same with values of blocks.
+FULLSCREEN, _WITH_VALUES = "common/fullscreen.vert", "common/fullscreen_values.vert"
 
 
 def _compile(ctx: moderngl.Context, vertex: Stage, fragment: Stage) -> moderngl.Program:
@@ -41,23 +46,37 @@ def load_program(
     """The program of ``NAME.vert`` and ``NAME.frag``, its blocks and samplers bound and checked.
 
     name : e.g. ``surface/surface``
-    vertex : another vertex stage, e.g. ``common/fullscreen.vert``
+    vertex : another vertex stage; of ``FULLSCREEN`` the corners hand the fragments values of the
+        blocks on a CPU renderer (``hand_values``)
     spare : blocks that only other variants of the shader read, by its ``#ifdef``
     samplers : texture units are their places in this sequence, or given by name
 
     Raises ShaderError where a block's size differs from its dtype, or a sampler or block is
     declared on one side only.
     """
-    generated = {block.include: block.glsl for block in (*blocks, *spare)}
     if not isinstance(samplers, Mapping):
         samplers = {sampler: unit for unit, sampler in enumerate(samplers)}
-    root = assets.shaders()
-    program = _compile(
-        ctx,
-        assemble(root, vertex or f"{name}.vert", defines, generated),
-        assemble(root, f"{name}.frag", defines, generated),
-    )
-    return _checked(name, program, blocks, samplers)
+    stages = _stages(ctx, name, vertex or f"{name}.vert", blocks, spare, defines)
+    return _checked(name, _compile(ctx, *stages), blocks, samplers)
+
+
+def _stages(
+    ctx: moderngl.Context,
+    name: str,
+    vertex: str,
+    blocks: Sequence[Block],
+    spare: Sequence[Block],
+    defines: Mapping[str, int | float] | None,
+) -> tuple[Stage, Stage]:
+    root, fragment = assets.shaders(), f"{name}.frag"
+    generated = {block.include: block.glsl for block in (*blocks, *spare)}
+    if vertex != FULLSCREEN or not is_software(ctx):
+        stages = (assemble(root, stage, defines, generated) for stage in (vertex, fragment))
+        return next(stages), next(stages)
+    generated |= {block.include: placeholder(block) for block in blocks}
+    handed = hand_values(assemble(root, fragment, defines, generated), blocks)
+    values = {"block/handed_values": handed.vertex}
+    return assemble(root, _WITH_VALUES, defines, values), handed.fragment
 
 
 def load_compute_shader(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -37,6 +37,15 @@ def _glsl_type(name: str, dtype: np.dtype[Any]) -> tuple[str, str, int]:
 
 
 @dataclass(frozen=True)
+class Member:
+    """One of a block in GLSL: its name, type, and "[3]" behind that of an array of three."""
+
+    name: str
+    kind: str
+    array: str
+
+
+@dataclass(frozen=True)
 class Block:
     """A std140 uniform block, described once.
 
@@ -55,9 +64,9 @@ class Block:
         return f"block/{self.name.lower()}"
 
     @property
-    def glsl(self) -> str:
-        """The block's declaration; raises ShaderError where numpy and std140 disagree."""
-        lines, offset = [], 0
+    def members(self) -> list[Member]:
+        """In their order; raises ShaderError where numpy and std140 disagree."""
+        members, offset = [], 0
         assert self.dtype.fields is not None
         for field in self.dtype.names or ():
             dtype, start = self.dtype.fields[field][:2]
@@ -68,10 +77,23 @@ class Block:
                     f"a multiple of {alignment}; reorder the dtype"
                 )
             offset = start + dtype.itemsize
-            lines.append(f"    {kind} {field}{suffix};")
+            members.append(Member(field, kind, suffix))
         if self.dtype.itemsize % 16:
             size = self.dtype.itemsize
             raise ShaderError(f"block {self.name}: size {size} is not a multiple of 16")
+        return members
+
+    @property
+    def glsl(self) -> str:
+        """The block's declaration; raises ShaderError where numpy and std140 disagree."""
+        return self.declaration(str)
+
+    def declaration(self, named: Callable[[str], str]) -> str:
+        """The same with other names.
+
+        named : of a member, its name in GLSL
+        """
+        lines = [f"    {m.kind} {named(m.name)}{m.array};" for m in self.members]
         body = "\n".join(lines)
         return f"layout(std140, row_major) uniform {self.name} {{\n{body}\n}};\n"
 
