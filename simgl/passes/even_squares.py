@@ -119,7 +119,7 @@ def _smoothed(kinds: AnyArray, shares: Array32) -> Array32:
     x = (2 * column[:, None] + 1 + corners % 2).ravel()
     smoothed = known.copy()
     for before, after in (((y, x - 1), (y, x + 1)), ((y - 1, x), (y + 1, x))):
-        bend = listed[index[before]] + listed[index[after]] - 2.0 * known
-        small = (np.abs(bend) < _MAX_BEND).all(axis=1)
+        bend = listed.take(index[before], axis=0) + listed.take(index[after], axis=0) - 2.0 * known
+        small = reduce(np.logical_and, (np.abs(bend) < _MAX_BEND).T)
         smoothed += np.where(small[:, None], np.float32(_SMOOTHING) * bend, np.float32(0.0))
     return np.clip(smoothed, 0.0, 1.0).reshape(-1, 4, 4)

@@ -1,8 +1,7 @@
-"""Values of blocks reach fragments by the corners of a full-screen triangle as they would by the block."""
+"""Values of blocks reach fragments by the corners of a full-screen triangle, with the same bits."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import moderngl
@@ -33,24 +32,28 @@ void main() {
     value = turn * rows[row] + vec4(places) + vec4(ends, float(count), share);
 }
 """
+TURN = np.linspace(0.1, 1.7, 16).reshape(4, 4)
+ROWS = np.geomspace(1e-3, 7.0, 12).reshape(3, 4)
+PLACES = np.array([-3, 5, 1 << 23, -(1 << 23)])
+ENDS, COUNT, SHARE = (1e-30, -1e30), 3, 1.0 / 3.0
 GIVEN = {
-    "turn": np.linspace(0.1, 1.7, 16).reshape(4, 4),
-    "rows": np.geomspace(1e-3, 7.0, 12).reshape(3, 4),
-    "places": (-3, 5, 1 << 23, -(1 << 23)),
-    "ends": (1e-30, -1e30),
-    "count": 3,
-    "share": 1.0 / 3.0,
+    "turn": TURN,
+    "rows": ROWS,
+    "places": PLACES,
+    "ends": ENDS,
+    "count": COUNT,
+    "share": SHARE,
 }
 
 
 @pytest.fixture
-def shader(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
+def shader(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     (tmp_path / "p").mkdir()
     (tmp_path / "p/p.frag").write_text(TEXT)
     common = tmp_path / "common"
     common.symlink_to(assets.shaders() / "common")
     monkeypatch.setattr(assets, "shaders", lambda: tmp_path)
-    yield "p/p"
+    return "p/p"
 
 
 def drawn(gl: moderngl.Context, name: str) -> bytes:
@@ -80,7 +83,7 @@ def test_both_ways_give_the_same_bits(
         results.append(drawn(gl, shader))
     assert results[0] == results[1]
     values = np.frombuffer(results[0], dtype="<f4").reshape(3, 4).astype(np.float64)
-    exact = GIVEN["rows"] @ GIVEN["turn"].T + np.array(GIVEN["places"]) + [1e-30, -1e30, 3, 1 / 3]  # type: ignore[attr-defined, operator, arg-type]
+    exact = ROWS @ TURN.T + PLACES + [*ENDS, COUNT, SHARE]
     np.testing.assert_allclose(values, exact, rtol=1e-6)
 
 
