@@ -255,7 +255,7 @@ class Simulator(AbstractContextManager["Simulator"]):
 
     def _check_size(self, camera: Camera) -> None:
         try:
-            self._renderer.check_size(camera)
+            self._renderer.sizes.check(camera)
         except ConfigError as error:
             where = f"{self.scenario.source or self.scenario.name} {error.where}"
             raise ConfigError(where, error.key, error.problem) from None

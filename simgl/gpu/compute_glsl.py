@@ -20,9 +20,14 @@ GLSL_VERSION = 430
 WORKGROUP = 8
 # The image unit of the depths; the outputs have those before.
 DEPTHS_UNIT = 7
-# What a draw sets: x, y, width, height [pixels]; the depth of all that is drawn, 0..1; the test of
-# ``DEPTH_TESTS``, and whether the depth is written; of ``BLENDS``.
-_PARAMETERS = ("drawn_area", "drawn_depth", "depth_test", "writes_depth", "blending")
+# The binding of a buffer whose first word is the end of the rows that are drawn.
+ROWS_BINDING = 0
+# What a draw sets: x, y, width, height [pixels]; whether that buffer ends them; the depth of all
+# that is drawn, 0..1; the test of ``DEPTH_TESTS``, and whether the depth is written; of ``BLENDS``.
+_PARAMETERS = (
+    *("drawn_area", "ends_with_rows"),
+    *("drawn_depth", "depth_test", "writes_depth", "blending"),
+)
 # What passes if the drawn depth compares so with the one that is there; all that is drawn.
 DEPTH_TESTS = {"1": 0, "<": 1, ">": 2, "!=": 3}
 # By a state's ``blend``: what of the drawn colour counts; what of that which is there: none, all of
@@ -51,7 +56,8 @@ _HEAD = f"""#version {GLSL_VERSION} core
 layout(local_size_x = {WORKGROUP}, local_size_y = {WORKGROUP}) in;
 uniform ivec4 drawn_area;
 uniform float drawn_depth;
-uniform int depth_test, writes_depth;
+uniform int depth_test, writes_depth, ends_with_rows;
+layout(std430, binding = {ROWS_BINDING}) readonly buffer DrawnRows {{ int drawn_rows; }};
 const int DRAW_ALL = 0, DRAW_BEFORE = 1, DRAW_BEHIND = 2, DRAW_ELSEWHERE = 3;
 layout(r32f, binding = {DEPTHS_UNIT}) uniform image2D depths;
 vec4 drawn_at;        // as gl_FragCoord
@@ -73,6 +79,7 @@ _TAIL = """
 void main() {
     ivec2 place = ivec2(gl_GlobalInvocationID.xy), pixel = drawn_area.xy + place;
     if (any(greaterThanEqual(place, drawn_area.zw))) return;
+    if (ends_with_rows != 0 && pixel.y >= drawn_rows) return;
     if (depth_test != DRAW_ALL) {
         float there = imageLoad(depths, pixel).r;
         if (depth_test == DRAW_BEFORE && !(drawn_depth < there)) return;

@@ -9,7 +9,7 @@ import moderngl
 from simgl.gpu.program import load_compute_program
 
 # Of a workgroup, columns and rows: neighbouring columns lie side by side in memory.
-_GROUP = (32, 4)
+GROUP = (32, 4)
 
 
 class ComputeProgram:
@@ -30,7 +30,7 @@ class ComputeProgram:
         defines: Mapping[str, int] | None = None,
     ) -> None:
         self._ctx = ctx
-        group = dict(zip(("GROUP_COLUMNS", "GROUP_ROWS"), _GROUP, strict=True))
+        group = dict(zip(("GROUP_COLUMNS", "GROUP_ROWS"), GROUP, strict=True))
         self._program = load_compute_program(
             ctx,
             name,
@@ -56,7 +56,7 @@ class ComputeProgram:
         for binding, buffer in enumerate(buffers):
             buffer.bind_to_storage_buffer(binding)
         columns, rows, layers = grid
-        self._program.run(-(-columns // _GROUP[0]), -(-rows // _GROUP[1]), layers)
+        self._program.run(-(-columns // GROUP[0]), -(-rows // GROUP[1]), layers)
         # Whatever comes next may read it in any way.
         self._ctx.memory_barrier()
 

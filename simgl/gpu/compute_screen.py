@@ -2,14 +2,28 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import moderngl
 
-from simgl.gpu.compute_glsl import BLENDS, DEPTH_TESTS, DEPTHS_UNIT, WORKGROUP
+from simgl.gpu.compute_glsl import BLENDS, DEPTH_TESTS, DEPTHS_UNIT, ROWS_BINDING, WORKGROUP
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.program import load_compute_shader
 from simgl.gpu.release import all_or_nothing
 from simgl.gpu.render_targets import textures_of
 from simgl.gpu.screen_shader import ScreenShader
+
+
+@dataclass(frozen=True, eq=False)
+class Depths:
+    """What compute shaders have in place of a depth buffer.
+
+    texture : R32F
+    rows : a buffer whose first word is the end of the rows that are drawn; None for all
+    """
+
+    texture: moderngl.Texture
+    rows: moderngl.Buffer | None = None
 
 
 class ComputeScreen:
@@ -35,7 +49,7 @@ class ComputeScreen:
         state: State,
         target: moderngl.Framebuffer,
         area: tuple[int, int, int, int],
-        depths: moderngl.Texture | None = None,
+        depths: Depths | None = None,
         *,
         opposite: bool = False,
     ) -> None:
@@ -48,8 +62,12 @@ class ComputeScreen:
         if state.write_color:
             for unit, texture in enumerate(textures_of(target)):
                 texture.bind_to_image(unit)
+        end = None if depths is None else depths.rows
+        self._give("ends_with_rows", int(end is not None))
+        if end is not None:
+            end.bind_to_storage_buffer(ROWS_BINDING)
         if depths is not None:
-            depths.bind_to_image(DEPTHS_UNIT)
+            depths.texture.bind_to_image(DEPTHS_UNIT)
         columns, rows = (-(-size // WORKGROUP) for size in area[2:])
         if columns * rows:
             self._program.run(columns, rows)

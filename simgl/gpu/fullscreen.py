@@ -7,7 +7,7 @@ from typing import Any
 
 import moderngl
 
-from simgl.gpu.compute_screen import ComputeScreen
+from simgl.gpu.compute_screen import ComputeScreen, Depths
 from simgl.gpu.context import begin_draws, prefers_compute
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.program import FULLSCREEN, load_program
@@ -39,14 +39,14 @@ class Screen:
         state: State,
         target: moderngl.Framebuffer,
         area: tuple[int, int, int, int],
-        depths: moderngl.Texture | None = None,
+        depths: Depths | None = None,
         *,
         opposite: bool = False,
     ) -> None:
         """Over an area of a target, with what is bound.
 
         area : x, y, width, height [pixels]
-        depths : R32F in place of the target's depth buffer, only for a ``ComputeScreen``
+        depths : in place of the target's depth buffer, only for a ``ComputeScreen``
         opposite : at the opposite depth
         """
         assert depths is None

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
 
 import moderngl
 import numpy as np
 
-from simgl.arrays import AnyArray
-from simgl.gpu.context import wait_for_draws
+from simgl.arrays import AnyArray, Mask
+from simgl.gpu.compute_screen import Depths
+from simgl.gpu.context import prefers_compute, wait_for_draws
 from simgl.gpu.fullscreen import Screen, screen
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.release import all_or_nothing
@@ -17,6 +20,7 @@ from simgl.gpu.screen_shader import ScreenShader
 from simgl.passes.drawn_spacecraft import DrawnSpacecraft
 from simgl.passes.even_squares import EvenSquares, with_larger, without_penumbras
 from simgl.passes.mesh_store import MeshStore
+from simgl.passes.page_numbers import PageNumbers
 from simgl.passes.shading_points import (
     CELL_GROUPS,
     COLUMNS,
@@ -74,6 +78,26 @@ _OF_POINTS = POINT_GROUPS | PAGE_ENTRIES
 _TRIANGLES, _SURFACES = ({name: unit} for name, unit in SEEN.items())
 
 
+_NONE_EVEN = without_penumbras(np.zeros((0, 0), dtype=np.uint8))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Pages:
+    """Pages of a tile, as ``ShadingPoints`` has them.
+
+    entries, first : R32UI, of each page, and the first page of each block
+    """
+
+    rows: int
+    entries: moderngl.Texture
+    first: moderngl.Texture
+    read_entries: Callable[[], AnyArray]
+    bare: Mask | None = None
+    wide_pages: bool = False
+    wide_rows: tuple[int, int, int] = (0, 0, 0)
+    squares: EvenSquares = _NONE_EVEN
+
+
 class GBufferPass:
     """Groups the samples of each cell, and looks up what the groups see of a spacecraft.
 
@@ -92,6 +116,8 @@ class GBufferPass:
         self._ctx, self._meshes, self._blocks = ctx, meshes, blocks
         self._grouping: dict[tuple[int, int], PointScreen] = {}
         first = {"cell_groups": CELL_GROUPS["cell_groups"]}
+        # Of a GPU; None where the CPU numbers the pages.
+        self._numbers = PageNumbers(ctx) if prefers_compute(ctx) else None
         self._counting = screen(ctx, ScreenShader("gbuffer/pages", 0.0, [TILE], first))
         paged = CELL_GROUPS | PAGE_ENTRIES
         self._paging = screen(ctx, ScreenShader("gbuffer/point_groups", 0.0, [TILE], paged))
@@ -125,7 +151,8 @@ class GBufferPass:
         spacecraft : of the tile
         lit : called before light of other surfaces is read
         edges : whether the points also tell along which line their groups end
-        even : tells over which squares light is smooth; only for a tile of one spacecraft
+        even : tells over which squares light is smooth; only for a tile of one spacecraft. A GPU
+            does not ask: it shades a point for each cell in less time than to read back the answer
         """
         cells, blocks = tile.cells.size, blocks_of(tile.cells.size)
         few, many = self._groups.covering(cells)
@@ -135,13 +162,15 @@ class GBufferPass:
         fours = len(target.color_attachments)
         self._grouping_for(tile.cells.texels, fours).draw(self.colour_only, target, (0, 0, *cells))
         groups = textures_of(many)
-        of_block = self._page_counts(groups[0], blocks)
-        squares = self._even_squares(tile, of_block, spacecraft[0], even, lit)
-        entries, first, wide_rows = page_table(of_block & _COUNT, squares)
-        page_entries = self._page_entries.written(entries)
-        point_groups = self._groups_of_points(groups, page_entries, len(entries))
+        counts = self._draw_counts(groups[0], blocks)
+        if self._numbers is None:
+            pages = self._numbered(tile, counts, blocks, spacecraft[0], even, lit)
+        else:
+            pages = self._numbered_on_gpu(self._numbers, counts, blocks)
         detailed = any("DETAILED" in drawn.view.model.variant for drawn in spacecraft)
-        size = COLUMNS, 4 * len(entries)
+        size = COLUMNS, 4 * pages.rows
+        depths = self._depths_of(size)
+        point_groups = self._groups_of_points(groups, pages.entries, size, depths)
         (target,) = self._targets[_DETAILED if detailed else _PLAIN].covering(size)
         depth = target.depth_attachment
         assert isinstance(depth, moderngl.Renderbuffer)
@@ -155,36 +184,75 @@ class GBufferPass:
             visibility=tuple(visibility),
             groups=groups,
             point_groups=point_groups,
-            entries=entries,
-            bare=of_block >= BARE,
-            wide_pages=even is not None,
-            wide_rows=wide_rows,
-            partly_lit=squares.partly_lit,
+            rows=pages.rows,
+            read_entries=pages.read_entries,
+            bare=pages.bare,
+            wide_pages=pages.wide_pages,
+            wide_rows=pages.wide_rows,
+            partly_lit=pages.squares.partly_lit,
             of_one=len(spacecraft) == 1 and not by_rays,
-            page_entries=page_entries,
-            block_pages=self._block_pages.written(first),
+            page_entries=pages.entries,
+            block_pages=pages.first,
             textures=textures_of(target),
             edges=self._edges.covering(size, depth)[0] if edges else None,
             framebuffer=target,
             depth=depth,
-            depths=self._depths_of(size),
+            depths=depths,
         )
 
-    def _depths_of(self, size: tuple[int, int]) -> moderngl.Texture | None:
+    def _depths_of(self, size: tuple[int, int]) -> Depths | None:
         """Of the points, for compute shaders."""
         if isinstance(self._counting, Screen):
             return None
-        return textures_of(*self._depths.covering(size))[0]
+        rows = None if self._numbers is None else self._numbers.rows
+        (texture,) = textures_of(*self._depths.covering(size))
+        return Depths(texture, rows)
 
-    def _page_counts(self, cell_groups: moderngl.Texture, blocks: tuple[int, int]) -> AnyArray:
-        """(rows, columns) uint8, of each block of cells."""
+    def _draw_counts(
+        self, cell_groups: moderngl.Texture, blocks: tuple[int, int]
+    ) -> moderngl.Framebuffer:
+        """R8UI, of each block of cells the byte that tells of its pages."""
         (counts,) = self._counts.covering(blocks)
         cell_groups.use(CELL_GROUPS["cell_groups"])
-        area = (0, 0, *blocks)
-        self._counting.draw(self.colour_only, counts, area)
+        self._counting.draw(self.colour_only, counts, (0, 0, *blocks))
+        return counts
+
+    def _numbered_on_gpu(
+        self, numbers: PageNumbers, counts: moderngl.Framebuffer, blocks: tuple[int, int]
+    ) -> _Pages:
+        (of_block,) = textures_of(counts)
+        tables = self._page_entries, self._block_pages
+        rows = numbers.number(of_block, blocks, *tables)
+        entries, first = (textures_of(*table.covering((1, 1)))[0] for table in tables)
+        return _Pages(
+            rows=rows, entries=entries, first=first, read_entries=partial(numbers.read, entries)
+        )
+
+    def _numbered(
+        self,
+        tile: RasterTile,
+        counts: moderngl.Framebuffer,
+        blocks: tuple[int, int],
+        drawn: DrawnSpacecraft,
+        even: EvenLight | None,
+        lit: Callable[[], None] | None,
+    ) -> _Pages:
         wait_for_draws(self._ctx)
+        area = (0, 0, *blocks)
         data = counts.read(viewport=area, components=1, alignment=1, dtype="u1")
-        return np.frombuffer(data, dtype=np.uint8).reshape(blocks[::-1])
+        of_block = np.frombuffer(data, dtype=np.uint8).reshape(blocks[::-1])
+        squares = self._even_squares(tile, of_block, drawn, even, lit)
+        entries, first, wide_rows = page_table(of_block & _COUNT, squares)
+        return _Pages(
+            rows=len(entries),
+            entries=self._page_entries.written(entries),
+            first=self._block_pages.written(first),
+            read_entries=lambda: entries,
+            bare=of_block >= BARE,
+            wide_rows=wide_rows,
+            wide_pages=even is not None,
+            squares=squares,
+        )
 
     def _even_squares(
         self,
@@ -195,12 +263,11 @@ class GBufferPass:
         lit: Callable[[], None] | None,
     ) -> EvenSquares:
         """Over which squares of 2 x 2 blocks light is smooth: they have one page together."""
-        none = without_penumbras(np.zeros((0, 0), dtype=np.uint8))
         if even is None:
-            return none
+            return _NONE_EVEN
         candidates = np.bitwise_and.reduce(blocks_of_squares(of_block)) & _ONE_SURFACE
         if np.count_nonzero(candidates) < _WORTH_ASKING * candidates.size or not candidates.size:
-            return none
+            return _NONE_EVEN
         if lit is not None:
             lit()
         size = candidates.shape[1], candidates.shape[0]
@@ -222,16 +289,29 @@ class GBufferPass:
         return with_larger(squares, smooth > 0.5)
 
     def _groups_of_points(
-        self, groups: Sequence[moderngl.Texture], page_entries: moderngl.Texture, rows: int
+        self,
+        groups: Sequence[moderngl.Texture],
+        page_entries: moderngl.Texture,
+        size: tuple[int, int],
+        depths: Depths | None,
     ) -> moderngl.Texture:
-        """R32UI, of so many rows of squares: all passes over the points read one texel of it."""
-        area = (0, 0, COLUMNS, 4 * rows)
-        (target,) = self._point_groups.covering(area[2:])
+        """R32UI, of columns and rows of points: all passes over them read one texel of it."""
+        (target,) = self._point_groups.covering(size)
         for unit, texture in zip(CELL_GROUPS.values(), groups, strict=True):
             texture.use(unit)
         page_entries.use(PAGE_ENTRIES["page_entries"])
-        self._paging.draw(self.colour_only, target, area)
+        self._paging.draw(self.colour_only, target, (0, 0, *size), depths)
         return textures_of(target)[0]
+
+    @property
+    def reads_back(self) -> bool:
+        """Whether ``group`` waits for what is drawn, and tells which blocks are bare."""
+        return self._numbers is None
+
+    def lacked_room(self) -> bool:
+        """Whether tiles since the last call had pages for which there was no room, as there is now:
+        what was drawn of them is to be drawn again. Waits for what is drawn."""
+        return self._numbers is not None and self._numbers.lacked_room()
 
     def look_up(self, tile: RasterTile, points: ShadingPoints, drawn: DrawnSpacecraft) -> None:
         """Fill the points that see one spacecraft."""
@@ -360,6 +440,8 @@ class GBufferPass:
             grouping.release()
         for shader in (*self._marks.values(), *self._lookups.values()):
             shader.release()
+        if self._numbers is not None:
+            self._numbers.release()
 
 
 def _bind_seen(visibility: Sequence[moderngl.Texture]) -> None:

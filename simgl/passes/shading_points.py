@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import moderngl
 import numpy as np
 
 from simgl.arrays import AnyArray, IndexArray, Mask
-from simgl.gpu.compute_screen import ComputeScreen
+from simgl.gpu.compute_screen import ComputeScreen, Depths
 from simgl.gpu.fullscreen import Screen, screen
 from simgl.gpu.pipeline_state import State
 from simgl.gpu.screen_shader import ScreenShader
@@ -193,17 +194,19 @@ class ShadingPoints:
     visibility : of the visibility pass, in the order of ``SEEN``
     groups : in the order of ``CELL_GROUPS``, RGBA32UI: of each cell the samples of its groups
     point_groups : R32UI, of each point the samples of its group, 0 where there is none
-    entries : (rows of squares, ENTRIES) of ``page_table``
-    bare : (rows, columns) of the blocks of cells, whether a sample there sees nothing
+    rows : of squares, at least those that have pages
+    read_entries : gives ``entries``
+    bare : (rows, columns) of the blocks of cells, whether a sample there sees nothing; None where
+        the CPU does not know it
     wide_pages : whether some pages may be wide
-    wide_rows : of lit, dark and partly lit squares how many rows of ``entries`` their pages fill
+    wide_rows : of lit, dark and partly lit squares how many ``rows`` their pages fill
     partly_lit : of ``EvenSquares``, in the order of their pages
     of_one : whether all are looked up for one spacecraft, and none is read on the CPU
-    page_entries, block_pages : R32UI, the same, and the first page of each block
+    page_entries, block_pages : R32UI, the entries and the first page of each block
     textures : in the order of the targets of shaders/gbuffer/gbuffer.frag, RGBA32F
     framebuffer : of the textures
     depth : of the same size: which of them are whose (``draw_marked``, ``draw_by_material``)
-    depths : R32F, the same for compute shaders; None where there are none
+    depths : the same for compute shaders; None where there are none
     edges : of an RGBA32F texture of that size, of each point the line along which its group ends;
         None unless asked for
     """
@@ -212,8 +215,9 @@ class ShadingPoints:
     visibility: tuple[moderngl.Texture, ...]
     groups: tuple[moderngl.Texture, ...]
     point_groups: moderngl.Texture
-    entries: AnyArray
-    bare: Mask
+    rows: int
+    read_entries: Callable[[], AnyArray]
+    bare: Mask | None
     wide_pages: bool
     wide_rows: tuple[int, int, int]
     partly_lit: AnyArray
@@ -223,18 +227,23 @@ class ShadingPoints:
     textures: tuple[moderngl.Texture, ...]
     framebuffer: moderngl.Framebuffer
     depth: moderngl.Renderbuffer
-    depths: moderngl.Texture | None
+    depths: Depths | None
     edges: moderngl.Framebuffer | None
+
+    @cached_property
+    def entries(self) -> AnyArray:
+        """(rows, ENTRIES) of ``page_table``. May wait for what is drawn."""
+        return self.read_entries()
 
     @property
     def known_rows(self) -> int:
-        """Of ``entries``: what share of the sunlight their points get is known from the start."""
+        """Of ``rows``: what share of the sunlight their points get is known from the start."""
         return sum(self.wide_rows)
 
     @property
     def size(self) -> tuple[int, int]:
         """Columns and rows of the part of the textures that holds points."""
-        return COLUMNS, 4 * len(self.entries)
+        return COLUMNS, 4 * self.rows
 
     def cells_of(self, row: IndexArray, column: IndexArray) -> tuple[IndexArray, IndexArray]:
         """Row, all layers one above the other, and column of the cells of points.

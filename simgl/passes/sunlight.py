@@ -263,7 +263,7 @@ class SunlightPass:
     def _unknown_points(self, points: ShadingPoints) -> AnyArray:
         """(rows of squares, ENTRIES) uint8: of each page the points to search, and from bit 4 on
         those near casters, as ``listed_points`` takes them."""
-        known, rows = points.known_rows, len(points.entries)
+        known, rows = points.known_rows, points.rows
         masks = np.zeros((rows, ENTRIES), dtype=np.uint8)
         (target,) = self._masks.covering((ENTRIES, rows))
         area = (0, known, ENTRIES, rows - known)

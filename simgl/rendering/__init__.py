@@ -8,6 +8,7 @@
 ``still_scene``        the scene of one camera, at one instant or over an exposure
 ``scene_frames``       frames of a scene at an epoch: radiance, layers, truth, LIDAR
 ``thermal_frames``     frames of a thermal camera: radiance, temperature, DN
+``image_sizes``        whether the driver can draw a camera's images
 ``spacecraft_skies``   sky radiation as heat load of spacecraft
 ``first_image``        tables, maps, light and shaders that the first image needs
 

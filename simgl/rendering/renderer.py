@@ -6,18 +6,17 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
+from typing import TypeVar
 
 import moderngl
 
 from simgl.arrays import Array32, Mask
 from simgl.background_work import background_work
 from simgl.camera.camera import Camera
-from simgl.camera.pinhole_fields import pinhole_fields
 from simgl.environment_map import SkyRadiance
-from simgl.errors import ConfigError
-from simgl.gpu.context import begin_draws, current, is_software
+from simgl.gpu.context import begin_draws, is_software
 from simgl.gpu.release import all_or_nothing, release_all
-from simgl.gpu.render_targets import Format, ImageTarget, TargetStore, drawable_part, largest_edge
+from simgl.gpu.render_targets import Format, ImageTarget, TargetStore
 from simgl.gpu.timers import PassTimer
 from simgl.passes.background.air import AtmospherePass
 from simgl.passes.background.diffuse_sky import DiffuseSkyPass
@@ -46,6 +45,7 @@ from simgl.progress import ProgressCallback, begin_stage
 from simgl.radiosity.final_gather import LitBody
 from simgl.radiosity.transport_store import JointLight, TransportStore
 from simgl.rendering.exposure_renderer import Drawing, ExposureRenderer
+from simgl.rendering.image_sizes import ImageSizes
 from simgl.rendering.sky_renderer import SkyRenderer
 from simgl.rendering.thermal_renderer import ThermalRenderer
 from simgl.scene.earth import Earth
@@ -63,9 +63,6 @@ _BANDS = (Format("f4", 4),)
 _TRUTH = (Format("f4"), Format("u4"))
 _TRUTH_NORMALS = (*_TRUTH, Format("f4", 4))
 
-# Of an image that every driver draws: 64 MB for each of its targets.
-_SURE_PIXELS = 1 << 22
-
 # Geometry samples that one tile may take before its sample grid gets coarser. On a CPU renderer a
 # shaded sample under all lights costs about 0.3 us, so this is some 40 ms. A data-centre GPU, which
 # rasterises with few of its units, takes 3.4 ns (NVIDIA H100), so this is 2 ms.
@@ -75,6 +72,8 @@ _SAMPLE_BUDGET_GPU = 500_000
 # Threads besides the one that draws, at most: what two spacecraft and their sky ask for at once.
 _WORKERS = 6
 
+_Drawn = TypeVar("_Drawn")
+
 
 class Renderer:
     """Owns every pass and target between a view and its image, in one OpenGL context."""
@@ -82,8 +81,7 @@ class Renderer:
     @all_or_nothing
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        self._drawable: dict[tuple[int, int], tuple[int, int]] = {}
-        self.timer = PassTimer(ctx)
+        self.timer, self.sizes = PassTimer(ctx), ImageSizes(ctx)
         self.sample_budget = _SAMPLE_BUDGET_CPU if is_software(ctx) else _SAMPLE_BUDGET_GPU
         self._transports = TransportStore()
         drawn = self._meshes, self._blocks = MeshStore(ctx), ViewBlocks(ctx)
@@ -114,26 +112,6 @@ class Renderer:
         shared = self._visibility, self._geometry, self._resolve, self._warp, self.planet
         self._thermal = ThermalRenderer(ctx, self.timer, self._blocks, *shared)
         self._exposure = ExposureRenderer(ctx, self.timer, self._resolve)
-
-    def check_size(self, camera: Camera) -> None:
-        """Raise ConfigError for a camera whose images this driver cannot draw."""
-        drawn = [camera] if camera.is_pinhole else [one.centred for one in pinhole_fields(camera)]
-        detector = max((one.detector for one in drawn), key=lambda d: d.width * d.height)
-        size = detector.width, detector.height
-        if size[0] * size[1] <= _SURE_PIXELS and max(size) <= largest_edge(self._ctx):
-            return
-        if size not in self._drawable:
-            with current(self._ctx):
-                self._drawable[size] = drawable_part(self._ctx, size)
-        possible = self._drawable[size]
-        if possible != size:
-            given = f"{camera.detector.width} x {camera.detector.height}"
-            if not camera.is_pinhole:
-                given += f", for whose distortion {size[0]} x {size[1]} are drawn"
-            renderer = self._ctx.info["GL_RENDERER"]
-            other = f"{possible[0]} x {possible[1]}"
-            problem = f"are {given}; {renderer} cannot draw that, but could draw {other}"
-            raise ConfigError(f"[camera.{camera.name}]", "width_px, height_px", problem)
 
     def prepare(
         self,
@@ -166,18 +144,33 @@ class Renderer:
 
     def radiance(self, view: FrameView) -> ImageTarget:
         """Radiance per band [W m-2 sr-1], RGBA32F; valid until the next call at this size."""
+        return self._with_all_pages(partial(self._radiance, view))
+
+    def _with_all_pages(self, draw: Callable[[], _Drawn]) -> _Drawn:
+        """What is drawn; again where a GPU had too little room for the pages of points."""
+        drawn = draw()
+        while self._geometry.lacked_room():
+            drawn = draw()
+        return drawn
+
+    def _radiance(self, view: FrameView) -> ImageTarget:
         self._blocks.begin()
         target = self._target(f"radiance {view.ramps}", view.camera, _BANDS)
         if view.gather == "vertex":
             tiles = (tile for seen in view.pinholes for tile in seen.tiles)
             self._interreflection.begin([s for t in tiles for s in t.spacecraft], view.joint_light)
-        if not view.hides_much:
+        # Where nothing is read back, there is nothing to wait for.
+        hides_much = view.hides_much and self._geometry.reads_back
+        if not hides_much:
             self._all_background(view, target)
-        self._lay_spacecraft(view, target, with_background=view.hides_much)
+        self._lay_spacecraft(view, target, with_background=hides_much)
         return target
 
     def radiance_during(self, views: MovingViews) -> ImageTarget:
         """The mean radiance that each row sees over its exposure, as ``radiance`` gives it."""
+        return self._with_all_pages(partial(self._radiance_during, views))
+
+    def _radiance_during(self, views: MovingViews) -> ImageTarget:
         self._blocks.begin()
         target = self._target(f"radiance {views.ramps}", views.camera, _BANDS)
         drawing = Drawing(self._lit_tiles, self._all_background, self._distorted)
@@ -192,6 +185,7 @@ class Renderer:
             lens = self._distorted(seen)
             for number, (tile, points, (radiance,)) in enumerate(self._lit_tiles(seen, seen.tiles)):
                 if with_background and number == 0:
+                    assert points.bare is not None
                     edge = BLOCK / tile.sample_grid.cells_per_edge
                     hidden = tiles_behind(points.bare, (tile.x, tile.y), edge, target.size)
                     self._background(seen, target, hidden=hidden)
@@ -210,6 +204,9 @@ class Renderer:
 
         returns : (height, width, 4) each [W m-2 sr-1]
         """
+        return self._with_all_pages(partial(self._layers, view))
+
+    def _layers(self, view: FrameView) -> dict[str, Array32]:
         size = view.camera.detector.width, view.camera.detector.height
         names = (*LIGHTS, "background")
         targets = {name: ImageTarget(self._ctx, size, _BANDS) for name in names}
@@ -384,7 +381,7 @@ class Renderer:
 
     def thermal(self, view: FrameView, scene: ThermalView) -> ImageTarget:
         """What a thermal camera sees, as ``ThermalRenderer`` gives it."""
-        return self._thermal.draw(view, scene)
+        return self._with_all_pages(partial(self._thermal.draw, view, scene))
 
     def truth(self, view: FrameView, *, normals: bool = False) -> ImageTarget:
         """Depth [m], part ids and, if wanted, normals at pixel centres, R32F, R32UI, RGBA32F."""
