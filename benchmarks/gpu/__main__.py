@@ -42,7 +42,7 @@ LIMITS_S = {
     "doctor": 30.0,
     "fill": 180.0,
     "bench": 210.0,
-    "ways": 90.0,
+    "ways": 120.0,
     "tests": 180.0,
 }
 

@@ -2,8 +2,10 @@
 
 Prints a line of JSON for each step, so that the first ones stay where time runs out. For a lens
 that spreads light: the median and 90th percentile of the time by each way, and how far the images
-lie apart, as a fraction of the peak; ways take turns. For scenes: frames with all such work on the
-CPU, and by compute shaders; their median and those of their passes.
+lie apart, as a fraction of the peak; ways take turns. For scenes: frames with light sums and spread
+on the CPU, and by compute shaders; frames whose pages of shading points the CPU numbers, which it
+does once it has asked for squares that share points, and a compute shader, without these; their
+median and those of their passes.
 """
 
 from __future__ import annotations
@@ -12,6 +14,7 @@ import argparse
 import json
 import time
 from collections.abc import Callable, Mapping
+from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
 from unittest.mock import patch
@@ -38,8 +41,17 @@ _MOSAIC = Mosaic(
     order="GRBG", red=(0.6, 0.1, 0.0, 0.3), green=(0.1, 0.5, 0.1, 0.3), blue=(0.0, 0.1, 0.4, 0.2)
 )
 _BEFORE = 3
-# What spreads light and what has many vertices, and seconds at most for the frames of each.
-_SCENES = ("reference_1280", "camera_1280", "source_600")
+# Modules that choose who does some work, and scenes with much of it: spread of light and sums at
+# vertices; numbers of pages.
+_CHOICES = {
+    "frames": ("simgl.rendering.camera_pipeline", "simgl.passes.interreflection"),
+    "pages": ("simgl.passes.gbuffer",),
+}
+_SCENES = {
+    "frames": ("reference_1280", "camera_1280", "source_600"),
+    "pages": ("bay_1280", "docking_20m", "square_2048"),
+}
+# For the frames of each way, at most.
 _LIMIT_S = 8.0
 
 
@@ -118,18 +130,18 @@ def spread(
     return {**times, "difference": float(f"{difference:.2g}")}
 
 
-def frames(ctx: moderngl.Context, scene: str, count: int) -> dict[str, object]:
-    """Frames 0.1 s apart by each way [ms]."""
+def frames(ctx: moderngl.Context, work: str, scene: str, count: int) -> dict[str, object]:
+    """Frames 0.1 s apart by each way to do some work of ``_CHOICES`` [ms]."""
     by_way: dict[str, object] = {}
     bench_scene = bench_scenes()[scene]
     for name, by_compute in (("cpu", False), ("compute", True)):
         scenario = load_scenario(bench_scene.path)
         epochs = epochs_of(scenario, 2 * count, 0.1)
-        with (
-            patch("simgl.rendering.camera_pipeline.prefers_compute", lambda _, way=by_compute: way),
-            patch("simgl.passes.interreflection.prefers_compute", lambda _, way=by_compute: way),
-            Simulator(scenario, ctx) as simulator,
-        ):
+        with ExitStack() as stack:
+            for module in _CHOICES[work]:
+                chosen = patch(f"{module}.prefers_compute", lambda _, way=by_compute: way)
+                stack.enter_context(chosen)
+            simulator = stack.enter_context(Simulator(scenario, ctx))
             loop = FrameLoop(simulator, bench_scene.cameras, epochs, _LIMIT_S)
             loop.warm_up()
             seconds, passes = loop.frame_seconds(count), loop.pass_seconds(count)
@@ -150,7 +162,11 @@ def main() -> None:
             "spread, 1280 x 960": partial(spread, ctx, (1280, 960), None, rounds),
             "spread, 1280 x 960, colour": partial(spread, ctx, (1280, 960), _MOSAIC, rounds),
             "spread, 2048 x 2048": partial(spread, ctx, (2048, 2048), None, rounds),
-            **{f"frames of {scene}": partial(frames, ctx, scene, rounds) for scene in _SCENES},
+            **{
+                f"{work} of {scene}": partial(frames, ctx, work, scene, rounds)
+                for work, scenes in _SCENES.items()
+                for scene in scenes
+            },
         }
         for name, step in steps.items():
             print(json.dumps({name: step()}), flush=True)

@@ -1,4 +1,4 @@
-"""Pages numbered by compute shaders: the tables are those that the CPU makes, and so is the image."""
+"""Pages numbered by compute shaders: the tables, and the image, are those that the CPU makes."""
 
 from __future__ import annotations
 
@@ -14,16 +14,17 @@ from simgl.gpu.render_targets import Format, GrowingTarget, textures_of
 from simgl.passes import page_numbers
 from simgl.passes.page_numbers import PageNumbers
 from simgl.passes.shading_points import ENTRIES, page_table
+from simgl.simulator import Simulator
 from tests.passes.test_compute_shaders import CAMERA, CRAFT
-from tests.scenes import radiance, scene
+from tests.scenes import scene
 
 # Of the byte of a block, the bits that are no number of pages.
 _OTHERS = 0b1010_0000
 _TEXEL = Format("u4")
 # Of more than a row of pages.
 SCENE = scene(
-    CRAFT,
-    CAMERA | {"width_px": 128, "height_px": 96, "focal_length_mm": 20.0},
+    {name: CRAFT[name] for name in ("dull", "sheet")},
+    CAMERA | {"look_at": "dull", "width_px": 128, "height_px": 96, "focal_length_mm": 24.0},
     sun_direction=(0.35, 0.2, 0.91515),
 )
 
@@ -111,14 +112,26 @@ def test_the_image_is_the_same(
 ) -> None:
     """Bit by bit, with room enough at once and after drawing it again."""
     monkeypatch.setattr("simgl.gpu.fullscreen.prefers_compute", bool)
-    by_cpu = radiance(gl, SCENE)
-    assert not drawn
     monkeypatch.setattr("simgl.passes.gbuffer.prefers_compute", bool)
-    by_gpu = radiance(gl, SCENE)
-    assert drawn == [False]
-    monkeypatch.setattr("simgl.passes.page_numbers._PER_BLOCKS", 1)
-    again = radiance(gl, SCENE)
-    assert drawn == [False, True, False]
+    with Simulator(SCENE, gl) as simulator:
+        geometry = simulator._renderer._geometry
+
+        def image() -> AnyArray:
+            still = simulator._still(SCENE.at(SCENE.epoch_tai_ns), "cam")
+            return still.radiance.read()
+
+        numbers = geometry._numbers
+        assert numbers is not None
+        numbers._per_blocks = 1024
+        by_gpu = image()
+        assert drawn == [False]
+        numbers._per_blocks = 1
+        again = image()
+        assert drawn == [False, True, False]
+        geometry._numbers = None
+        by_cpu = image()
+        assert len(drawn) == 3
+        geometry._numbers = numbers
     assert by_cpu.any(axis=-1).mean() > 0.3
     np.testing.assert_array_equal(by_gpu, by_cpu)
     np.testing.assert_array_equal(again, by_cpu)
