@@ -91,6 +91,7 @@ SHARED_PASSES = {
     "simgl.passes.even_squares",
     "simgl.passes.mesh_store",
     "simgl.passes.outline_program",
+    "simgl.passes.page_numbers",
     "simgl.passes.shading_points",
     "simgl.passes.shared_blocks",
     "simgl.passes.tasks_ahead",
