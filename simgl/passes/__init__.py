@@ -11,8 +11,8 @@ light by rays), ``surface`` (shading), ``resolve`` and ``warp`` (to pixels), ``m
 
 Shared modules: ``drawn_spacecraft``, ``shading_points``, ``even_squares`` (from pass to pass),
 ``shared_blocks`` (uniform blocks), ``mesh_store``, ``texture_store``, ``outline_program``,
-``albedo_table``, ``vertex_sums``, ``page_numbers``. A pass imports these, ``gpu`` and ``view``, never
-another pass.
+``albedo_table``, ``vertex_sums``, ``page_numbers``. A pass imports these, ``gpu`` and ``view``,
+never another pass.
 
 A new pass: a class with ``draw`` and ``release``, a folder of that name in ``shaders/``, a line in
 the renderer.
