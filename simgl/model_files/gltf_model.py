@@ -23,6 +23,7 @@ from simgl.model_files.gltf_materials import Palette, read_palette
 from simgl.model_files.model_from_mesh import check_size, face_normals, unit_normals
 from simgl.scene.materials import MAX_MATERIALS, Material
 from simgl.scene.mesh import Mesh
+from simgl.scene.solid import is_solid
 from simgl.scene.spacecraft import Branch, SpacecraftModel
 
 # A count beyond this is cut to it, so that sums stay within 64 bits.
@@ -269,9 +270,13 @@ def read_gltf(
         parts.append(part.name)
     if not pieces:
         raise AssetError(f"{path}: holds no mesh of triangles")
+    mesh = _mesh(path, palette, pieces, owners)
+    # Many programs write all materials as double-sided.
+    sheets = any(material.double_sided for material in file.gltf.materials)
+    holes = any(material.alpha_mode != "OPAQUE" for material in file.gltf.materials)
     return SpacecraftModel(
         name=name,
-        mesh=_mesh(path, palette, pieces, owners),
+        mesh=mesh,
         parts=tuple(parts),
         branches=tuple(
             Branch(name=name, parts=tuple(carried[number]))
@@ -280,6 +285,6 @@ def read_gltf(
         ),
         materials=(*palette.materials, _DEFAULT),
         textures=palette.textures,
-        open_sheets=any(m.double_sided for m in file.gltf.materials),
+        open_sheets=sheets and (holes or not is_solid(mesh)),
         notes=tuple(notes),
     )

@@ -29,6 +29,7 @@ from simgl.model_files.joint_tables import JointTable, read_joints
 from simgl.model_files.model_from_mesh import PLAIN, check_size, mesh_of_triangles
 from simgl.physics.spectrum import BANDS
 from simgl.scene.materials import MAX_MATERIALS, Material
+from simgl.scene.solid import is_solid
 from simgl.scene.spacecraft import SpacecraftModel
 
 # Metres in each unit.
@@ -215,12 +216,13 @@ def _read_plain_mesh(path: Path, body_from_file: Array) -> SpacecraftModel:
         raise AssetError(f"{path}: {problem}")
     with np.errstate(over="ignore", invalid="ignore"):  # seen in the mesh
         points = points @ body_from_file.T
+    mesh = mesh_of_triangles(str(path), points, triangles)
     return SpacecraftModel(
         name=path.stem,
-        mesh=mesh_of_triangles(str(path), points, triangles),
+        mesh=mesh,
         parts=(path.stem,),
         materials=(PLAIN,),
-        open_sheets=True,
+        open_sheets=not is_solid(mesh),
     )
 
 

@@ -33,6 +33,7 @@ from simgl.radiosity.occlusion import moved_into_open
 from simgl.radiosity.patch_cells import CellIndex, SeenCells, cell_index, patch_cells
 from simgl.radiosity.patches import SAMPLES, Patches, cluster
 from simgl.radiosity.remesh import subdivided
+from simgl.radiosity.shared_points import GATHER_POINTS
 from simgl.radiosity.sun_gather import cells_seen
 from simgl.rays import RayTracer
 from simgl.scene.convex_hull import convex_hull
@@ -122,7 +123,7 @@ def traced(
     fine = refined(mesh, sides, settings)
     # Places and patches follow from what single rays meet; all others only count together.
     watertight, tracer = RayTracer(fine), RayTracer(fine, watertight=False)
-    points = gather_points_of(fine, sides)
+    points = gather_points_of(fine, sides, limit=GATHER_POINTS)
     if sides == 1:
         points = moved_into_open(fine, watertight, points)
     number = len(points.origins)

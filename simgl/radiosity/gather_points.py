@@ -18,9 +18,9 @@ from simgl.radiosity.hemisphere import (
     sky_cell,
 )
 from simgl.radiosity.in_turn import in_turn
-from simgl.radiosity.remesh import position_ids
+from simgl.radiosity.shared_points import shared_points
 from simgl.rays import RayTracer
-from simgl.scene.mesh import Mesh
+from simgl.scene.mesh import Mesh, position_ids
 
 # Rays start above the surface by this share of the body's radius, ten times what float32 resolves.
 LIFT = 2e-5
@@ -179,12 +179,17 @@ def distinct_points(mesh: Mesh) -> tuple[IndexArray, Array]:
     return np.unique(keys @ _KEY_WEIGHTS, return_inverse=True)[1].ravel(), normals
 
 
-def gather_points_of(mesh: Mesh, sides: int, radius: float | None = None) -> GatherPoints:
+def gather_points_of(
+    mesh: Mesh, sides: int, radius: float | None = None, limit: int | None = None
+) -> GatherPoints:
     """The gather points of a mesh's vertices; ``sides`` is 2 where surfaces are seen from both.
 
     radius : of the body that the mesh is a part of [m]; None where it is all of it
+    limit : of their number, above which vertices next to each other share one; None for no limit
     """
     row, normals = distinct_points(mesh)
+    if limit is not None:
+        row = shared_points(mesh, row, normals, limit // sides, face_normals(mesh)[1].sum())
     count_of_side = int(row.max()) + 1
     first = np.zeros(count_of_side, dtype=np.int64)
     first[row] = np.arange(len(row))
@@ -235,9 +240,10 @@ def _around(
     u, v = np.where(over, 1.0 - u, u), np.where(over, 1.0 - v, v)
     at = mesh.positions[mesh.triangles.astype(np.int64)].astype(np.float64)
     t, k = chosen // 3, chosen % 3
-    b, c = at[t, (k + 1) % 3], at[t, (k + 2) % 3]
+    a, b, c = at[t, k], at[t, (k + 1) % 3], at[t, (k + 2) % 3]
+    a = np.where(chosen[:, None] < 0, place[of], a)
     u, v = REACH * np.where(chosen < 0, 0.0, u), REACH * np.where(chosen < 0, 0.0, v)
-    away = u[:, None] * (b - place[of]) + v[:, None] * (c - place[of])
+    away = u[:, None] * (b - a) + v[:, None] * (c - a)
     weights = np.empty((len(of), 3))
     each = np.arange(len(of))
     weights[each, k], weights[each, (k + 1) % 3], weights[each, (k + 2) % 3] = 1.0 - u - v, u, v
@@ -245,7 +251,7 @@ def _around(
     down = np.minimum(np.einsum("ij,ij->i", away, normals[of]), 0.0)
     away -= down[:, None] * normals[of]
     return (
-        (place[of] + away).reshape(-1, PLACES, 3),
+        (a + away).reshape(-1, PLACES, 3),
         np.where(chosen < 0, -1, t).reshape(-1, PLACES),
         weights.reshape(-1, PLACES, 3),
     )

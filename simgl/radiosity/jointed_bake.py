@@ -29,6 +29,7 @@ from simgl.radiosity.occlusion import moved_into_open
 from simgl.radiosity.patches import SAMPLES, Patches, cluster
 from simgl.radiosity.remesh import subdivided
 from simgl.radiosity.rigid_pairs import ENDLESS, NOWHERE
+from simgl.radiosity.shared_points import GATHER_POINTS
 from simgl.rays import RayTracer, group_tracers
 from simgl.scene.mesh import Mesh
 from simgl.scene.posed_mesh import RigidGroup, rigid_groups
@@ -101,7 +102,8 @@ def _traced(
 ) -> _Group:
     mesh, vertices = _by_itself(fine, rigid)
     tracer = RayTracer(mesh)
-    points = gather_points_of(mesh, sides)
+    limit = GATHER_POINTS * len(mesh.triangles) // len(fine.triangles)
+    points = gather_points_of(mesh, sides, limit=limit)
     if sides == 1:
         points = moved_into_open(mesh, tracer, points)
     seen = cast(mesh, tracer, points, sides, settings.gather_rays, tick)

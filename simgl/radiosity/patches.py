@@ -11,8 +11,7 @@ from scipy.sparse.csgraph import connected_components
 
 from simgl.arrays import Array, IndexArray
 from simgl.radiosity.gather_points import LIFT, face_normals
-from simgl.radiosity.remesh import position_ids
-from simgl.scene.mesh import Mesh
+from simgl.scene.mesh import Mesh, position_ids
 
 # Sample points of a patch, spread evenly over its area.
 SAMPLES = 8

@@ -6,15 +6,8 @@ from dataclasses import fields, replace
 
 import numpy as np
 
-from simgl.arrays import AnyArray, Array, Array32, IndexArray, Mask
-from simgl.scene.mesh import Mesh
-
-
-def position_ids(positions: Array32) -> IndexArray:
-    """(n,) one number for each place (n, 3): vertices that coincide have the same."""
-    # Adding zero makes -0 and 0 the same bytes.
-    rows = np.ascontiguousarray(positions + np.float32(0.0)).view(np.dtype((np.void, 12))).ravel()
-    return np.asarray(np.unique(rows, return_inverse=True)[1], dtype=np.int64)
+from simgl.arrays import AnyArray, Array, IndexArray, Mask
+from simgl.scene.mesh import Mesh, position_ids
 
 
 def subdivided(mesh: Mesh, longest_edge: float | Array) -> Mesh:

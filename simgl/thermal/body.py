@@ -12,9 +12,9 @@ from simgl.arrays import Array, IndexArray
 from simgl.radiosity.gather_points import face_normals
 from simgl.radiosity.patches import Patches, cluster
 from simgl.radiosity.reflection_laws import hemispherical_albedo
-from simgl.radiosity.remesh import position_ids, subdivided
+from simgl.radiosity.remesh import subdivided
 from simgl.scene.materials import Material
-from simgl.scene.mesh import Mesh
+from simgl.scene.mesh import Mesh, position_ids
 from simgl.scene.posed_mesh import groups_of_parts
 from simgl.scene.spacecraft import SpacecraftModel
 from simgl.scene.thermal_surface import ThermalPart, ThermalSurface

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import trimesh
 
 from simgl.errors import AssetError
 from simgl.model_files.model_library import load_model
@@ -150,6 +151,33 @@ def test_a_doubly_sided_material_opens_the_model(tmp_path: Path) -> None:
     assert not load_model(str(document.write_gltf(tmp_path / "closed.gltf"))).open_sheets
     document.json["materials"] = [{"doubleSided": True}]
     assert load_model(str(document.write_gltf(tmp_path / "open.gltf"))).open_sheets
+
+
+def tetrahedron() -> Document:
+    corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    document = Document()
+    surface = {"POSITION": document.accessor(corners)}
+    faces = document.accessor([0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3], UNSIGNED_SHORT)
+    document.json["nodes"] = [{"mesh": document.mesh(attributes=surface, indices=faces)}]
+    document.json["meshes"][0]["primitives"][0]["material"] = 0
+    document.json["materials"] = [{"doubleSided": True}]
+    return document
+
+
+def test_a_closed_body_needs_no_second_side_unless_it_has_holes(tmp_path: Path) -> None:
+    document = tetrahedron()
+    assert not load_model(str(document.write_gltf(tmp_path / "closed.gltf"))).open_sheets
+    document.json["materials"][0]["alphaMode"] = "MASK"
+    assert load_model(str(document.write_gltf(tmp_path / "holes.gltf"))).open_sheets
+
+
+def test_a_closed_stl_has_one_side(tmp_path: Path) -> None:
+    ball = trimesh.creation.icosphere(subdivisions=2)
+    ball.export(tmp_path / "ball.stl")
+    assert not load_model(str(tmp_path / "ball.stl")).open_sheets
+    ball.update_faces(np.arange(len(ball.faces)) > 0)
+    ball.export(tmp_path / "torn.stl")
+    assert load_model(str(tmp_path / "torn.stl")).open_sheets
 
 
 @pytest.mark.parametrize(
