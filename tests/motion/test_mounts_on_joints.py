@@ -142,6 +142,7 @@ def test_a_camera_on_the_hand_sees_the_fingers_in_one_place(gl: moderngl.Context
                 scenario.epoch_tai_ns, {}, joint_angles={"servicer": angles}
             )
             truth = simulator.capture(state, "wrist", frozenset({Product.TRUTH})).truth
+            assert truth is not None
             fingers = [i for i, name in truth.part_names.items() if "/finger" in name]
             assert len(fingers) == 2
             seen.append(np.where(np.isin(truth.part_id, fingers), truth.depth, 0.0))

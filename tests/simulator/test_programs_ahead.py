@@ -5,7 +5,7 @@ from __future__ import annotations
 import moderngl
 import pytest
 
-from simgl.gpu import tile_quads
+from simgl.gpu.program import load_program
 from simgl.scenario.loader import scenario_from_dict
 from simgl.simulator import Simulator
 
@@ -29,13 +29,12 @@ def test_kinds_of_tiles_of_the_first_minute_are_compiled_before_the_first_image(
     with Simulator(scenario, gl) as simulator:
         simulator.capture(scenario.at(scenario.epoch_tai_ns), "cam")
         loaded: list[object] = []
-        load_program = tile_quads.load_program
 
         def load(*arguments: object, **options: object) -> moderngl.Program:
             loaded.append(options["defines"])
             return load_program(*arguments, **options)  # type: ignore[arg-type]
 
-        monkeypatch.setattr(tile_quads, "load_program", load)
+        monkeypatch.setattr("simgl.gpu.tile_quads.load_program", load)
         for seconds in (10, 20, 40, 60):
             simulator.capture(scenario.at(scenario.epoch_tai_ns + seconds * 10**9), "cam")
     assert not loaded
