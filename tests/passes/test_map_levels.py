@@ -10,6 +10,7 @@ import pytest
 
 from simgl.arrays import Image8
 from simgl.gpu.context import is_software, temporary_context
+from simgl.passes.background.cloud_map import weather_levels
 from simgl.passes.background.map_levels import level_texture, map_levels, map_texture, size_of
 from tests.gpu.osmesa import needs_osmesa
 
@@ -59,6 +60,35 @@ def test_no_level_drifts_from_the_mean_of_the_map(noisy: Image8) -> None:
     for codes in map_levels(noisy):
         texels = codes[..., 0].size
         assert np.abs(codes.mean(axis=(0, 1)) - mean).max() < 5.0 * np.sqrt(1.0 / 12.0 / texels)
+
+
+def reflected(codes: Image8) -> float:
+    """Mean reflectance of clouds for light from all sides, by two streams."""
+    share, thickness = codes[..., 0] / 255.0, 100.0 ** (codes[..., 1] / 255.0)
+    return float(np.mean(share * thickness / (thickness + 4.0 / (3.0 * (1.0 - 0.85)))))
+
+
+def test_clouds_reflect_as_much_in_pixels_of_any_size() -> None:
+    """Thick cloud where there is much of it, as in storms, between thin scattered ones."""
+    noise = np.random.default_rng(2).normal(size=(256, 512))
+    codes = np.zeros((256, 512, 4), dtype=np.uint8)
+    codes[..., 0] = np.clip(80.0 + 110.0 * noise, 0.0, 255.0)
+    codes[..., 1] = np.clip(60.0 + 70.0 * noise, 0.0, 255.0)
+    levels = weather_levels(codes)
+    # By means of cover and of thickness each for itself 30 % are lost.
+    assert reflected(map_levels(codes)[5]) < 0.75 * reflected(codes)
+    for level in levels[1:6]:
+        # Codes are rounded to a step: 0.9 % of a thickness, at most 0.4 % of a texel's reflectance.
+        assert reflected(level) == pytest.approx(reflected(codes), rel=3e-3)
+    for level, means in zip(levels, map_levels(codes), strict=True):
+        np.testing.assert_array_equal(level[..., [0, 2, 3]], means[..., [0, 2, 3]])
+
+
+def test_places_without_cloud_have_a_code_of_thickness() -> None:
+    codes = np.full((4, 8, 4), 40, dtype=np.uint8)
+    codes[..., 0] = 0
+    for level in weather_levels(codes):
+        np.testing.assert_array_equal(level[..., 1], 40)
 
 
 @pytest.mark.parametrize("backend", ["egl", pytest.param("osmesa", marks=needs_osmesa)])

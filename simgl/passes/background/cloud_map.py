@@ -8,7 +8,7 @@ import moderngl
 import numpy as np
 
 from simgl import assets
-from simgl.arrays import Array32, Image8
+from simgl.arrays import Array, Array32, Image8
 from simgl.disk_cache import is_computed
 from simgl.gpu.fullscreen import FullscreenProgram
 from simgl.gpu.glsl import assemble
@@ -22,13 +22,15 @@ from simgl.passes.background.earth_maps import (
     land_inputs,
     shore_inputs,
 )
-from simgl.passes.background.map_levels import MapLevels, map_once
+from simgl.passes.background.map_levels import MapLevels, halvings, map_levels, map_once
 from simgl.scene.cyclones import DECKS, anvils, commas, seed_shift, swirls
 from simgl.scene.earth import Clouds, EarthMaps, MapImage
 from simgl.scene.noise_volume import SIZE, noise_volume
 
 # Optical thickness of code 1; that of code 0 is 1, logarithmic between, as in planet/cloud.glsl.
 THICKEST = 100.0
+# Optical thickness that reflects half of diffuse light: 4 / (3 (1 - g)), droplets' asymmetry 0.85.
+_HALF_REFLECTED = 4.0 / (3.0 * (1.0 - 0.85))
 # Enough to find the mean cover by.
 _SMALL = (512, 256)
 
@@ -81,7 +83,8 @@ def weather_map(
     """
     if (image := clouds.image) is not None:
         of_image = ("clouds", image.digest, clouds.thickness)
-        return map_once((__name__, *MADE_BY), of_image, lambda: _from_image(clouds, image))
+        made_by = __name__, *MADE_BY
+        return map_once(made_by, of_image, lambda: _from_image(clouds, image), weather_levels)
 
     def drawn() -> Image8:
         noise = noise_texture(ctx, clouds.seed)
@@ -90,7 +93,33 @@ def weather_map(
         finally:
             noise.release()
 
-    return map_once(*_source(ctx, clouds, maps), drawn)
+    return map_once(*_source(ctx, clouds, maps), drawn, weather_levels)
+
+
+def weather_levels(codes: Image8) -> MapLevels:
+    """The halvings of a weather map, which reflect as much light as the map.
+
+    Cloud is thick where there is much of it: a mean cover times the reflectance of a mean thickness
+    would lose a tenth of the light of the tropics in pixels of 100 km. A level has the thickness
+    whose reflectance is the mean of the map's, weighted by cover.
+    """
+    levels = map_levels(codes)
+    share = codes[..., 0].astype(np.float32)
+    reflected = np.take(_diffuse_reflectance(np.arange(256) / 255.0), codes[..., 1])
+    clouded = np.stack([share, share * reflected], axis=-1)
+    for level, means in zip(levels[1:], halvings(clouded), strict=True):
+        cloudy = means[..., 0] > 0.0
+        mean = means[cloudy, 1] / means[cloudy, 0]
+        thickness = _HALF_REFLECTED * mean / (1.0 - mean)
+        level[cloudy, 1] = np.round(255.0 * np.log(thickness) / np.log(THICKEST))
+    return levels
+
+
+def _diffuse_reflectance(code: Array) -> Array32:
+    """Of cloud for light from all sides (planet/cloud.glsl), by the code of its thickness."""
+    thickness = THICKEST**code
+    reflected: Array32 = (thickness / (thickness + _HALF_REFLECTED)).astype(np.float32)
+    return reflected
 
 
 def has_weather(ctx: moderngl.Context, clouds: Clouds, maps: EarthMaps) -> bool:

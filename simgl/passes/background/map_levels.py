@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import moderngl
 import numpy as np
@@ -26,11 +26,14 @@ def map_levels(codes: Image8) -> MapLevels:
 
     Each is the mean of the map's own texels, rounded once: means of rounded means drift.
     """
-    levels, means = [codes], _half(codes)
-    while means.shape[:2] != levels[-1].shape[:2]:
-        levels.append(_rounded(means))
-        means = _half(means)
-    return tuple(levels)
+    return (codes, *(_rounded(means) for means in halvings(codes)))
+
+
+def halvings(values: Image8 | Array32) -> Iterator[Array32]:
+    """Means of a map (h, w, channels) in half the size each, down to one texel."""
+    while values.shape[:2] != (1, 1):
+        values = _half(values)
+        yield values
 
 
 def _rounded(means: Array32) -> Image8:
@@ -58,14 +61,20 @@ def _half(values: Image8 | Array32) -> Array32:
     return np.stack([np.asarray(half) for half in halves], axis=-1)
 
 
-def map_once(made_by: Sequence[str], inputs: object, make: Callable[[], Image8]) -> MapLevels:
+def map_once(
+    made_by: Sequence[str],
+    inputs: object,
+    make: Callable[[], Image8],
+    levels: Callable[[Image8], MapLevels] = map_levels,
+) -> MapLevels:
     """(h, 2 h, channels) codes of a map with its halvings, computed once on a machine.
 
     made_by : as for ``simgl.disk_cache.computed_once``, this module among them
+    levels : the halvings of a map
     """
 
     def computed() -> Arrays:
-        return {f"level_{k}": codes for k, codes in enumerate(map_levels(make()))}
+        return {f"level_{k}": codes for k, codes in enumerate(levels(make()))}
 
     return tuple(computed_once("earth", made_by, inputs, computed, _are_levels).values())
 
