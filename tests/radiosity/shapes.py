@@ -70,3 +70,19 @@ def doubled_areas(mesh: Mesh) -> Array:
     """(m, 3) twice the area of each triangle times its normal."""
     a, b, c = np.moveaxis(mesh.positions[mesh.triangles].astype(np.float64), 1, 0)
     return np.cross(b - a, c - a)
+
+
+def view_at_right_angles(distance: Array, along: Array, width: float, depth: float) -> Array:
+    """Form factor to a rectangle from points in a plane at right angles to it, through its edge.
+
+    The integral of cos cos / (pi r2) over the rectangle.
+
+    distance : (n,) of the points from the edge [m]
+    along : (n,) their places along the edge [m]
+    width, depth : of the rectangle, along the edge and away from it [m]
+    """
+    total = np.zeros_like(distance)
+    far = np.hypot(distance, depth)
+    for half in (along, width - along):
+        total += np.arctan2(half, distance) - distance / far * np.arctan2(half, far)
+    return total / (2.0 * np.pi)

@@ -5,28 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from simgl.arrays import Array
 from simgl.radiosity.gather_points import cast, distinct_points, face_normals, gather_points_of
 from simgl.radiosity.remesh import subdivided
 from simgl.radiosity.shared_points import shared_points
 from simgl.rays import RayTracer
 from simgl.scene.mesh import plate
-from tests.radiosity.shapes import FLOOR, Quad, joined, moved, quads
+from tests.radiosity.shapes import FLOOR, Quad, joined, moved, quads, view_at_right_angles
 
 WALL: Quad = ((0, 0, 0), (0, 1, 0), (0, 1, 1), (0, 0, 1))
 LIMIT = 1000
 # Of a square cell that holds one of so many points: the floor has 2 m2, the wall 1.
 CELL_M = float(np.sqrt(3.0 / LIMIT))
-
-
-def view_of_wall(distance: Array, y: Array) -> Array:
-    """Form factor from a point of the floor to the wall at right angles to it, 1 m wide and high:
-    the integral of cos cos / (pi r2) over the wall."""
-    total = np.zeros_like(distance)
-    top = np.hypot(distance, 1.0)
-    for half in (y, 1.0 - y):
-        total += np.arctan2(half, distance) - distance / top * np.arctan2(half, top)
-    return total / (2.0 * np.pi)
 
 
 def test_each_vertex_gets_the_light_of_a_place_within_its_cell() -> None:
@@ -39,14 +28,16 @@ def test_each_vertex_gets_the_light_of_a_place_within_its_cell() -> None:
     x, y = mesh.positions[floor, :2].astype(np.float64).T
     steps = np.array([-CELL_M, 0.0, CELL_M])
     around = [
-        view_of_wall(x + along, np.clip(y + across, 0.0, 1.0))
+        view_at_right_angles(x + along, np.clip(y + across, 0.0, 1.0), 1.0, 1.0)
         for along in steps
         for across in steps
     ]
     # A share of 512 rays is stratified; at random it had a deviation of 0.02.
     assert np.all(seen[floor] > np.min(around, axis=0) - 0.02)
     assert np.all(seen[floor] < np.max(around, axis=0) + 0.02)
-    assert np.mean(seen[floor] - view_of_wall(x, y)) == pytest.approx(0.0, abs=0.003)
+    assert np.mean(seen[floor] - view_at_right_angles(x, y, 1.0, 1.0)) == pytest.approx(
+        0.0, abs=0.003
+    )
 
 
 def test_sides_and_sheets_that_do_not_touch_share_none() -> None:

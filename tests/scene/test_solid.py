@@ -19,18 +19,15 @@ def turned_inwards(mesh: Mesh) -> Mesh:
 
 
 @pytest.mark.parametrize("mesh", [BOX, plate(2.0, 0.5)])
-def test_shapes_whose_triangles_meet_are_solid(mesh: Mesh) -> None:
+def test_one_closed_shape_is_solid_and_two_are_not(mesh: Mesh) -> None:
     assert is_solid(mesh)
-    assert is_solid(joined(mesh, moved(mesh, (5.0, 0.0, 0.0))))
+    assert not is_solid(joined(mesh, moved(mesh, (0.1, 0.0, 0.0))))
 
 
 def test_an_open_box_a_missing_triangle_and_shapes_turned_inwards_are_not() -> None:
     assert not is_solid(quads(OPEN_BOX))
     assert not is_solid(replace(BOX, triangles=BOX.triangles[1:]))
     assert not is_solid(turned_inwards(BOX))
-    # The volume of both together is positive.
-    small = moved(turned_inwards(box((0.1, 0.1, 0.1))), (3.0, 0.0, 0.0))
-    assert not is_solid(joined(BOX, small))
 
 
 def test_a_surface_of_two_parts_is_not_since_joints_may_open_it() -> None:
