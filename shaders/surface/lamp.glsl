@@ -30,6 +30,9 @@ const float SEEN = 0.05;
 // So close to a crease a texel's middle may show either side: rasterisers round corners to 1/256 [texels].
 const float SNAP = 0.01;
 
+// Of a lamp in the block.
+const int LAMP_ROWS = 10;
+
 // A spot light, camera axes.
 struct Lamp {
     vec3 place;         // [m]
@@ -47,11 +50,34 @@ struct Lamp {
 };
 
 Lamp lamp_at(int index) {
-    int i = 6 * index;
+    int i = LAMP_ROWS * index;
     vec4 place = lamp_rows[i], axis = lamp_rows[i + 1], last = lamp_rows[i + 5];
     return Lamp(place.xyz, place.w, axis.xyz, axis.w, lamp_rows[i + 2], lamp_rows[i + 3],
                 lamp_rows[i + 4], last.x, int(last.y), int(last.z),
                 abs(last.w), last.w < 0.0);
+}
+
+// The same, where it stands and shines when the row of a surface is exposed. Its map stays that of time 0.
+Lamp lamp_then(Lamp lamp, int index, float time) {
+#ifdef MOVING
+    int i = LAMP_ROWS * index + 6;
+    lamp.place += time * (lamp_rows[i].xyz + time * lamp_rows[i + 1].xyz);
+    lamp.axis = normalize(lamp.axis + time * (lamp_rows[i + 2].xyz + time * lamp_rows[i + 3].xyz));
+#endif
+    return lamp;
+}
+
+// A surface where and as it stands when the maps of lamps are drawn, at time 0.
+Surface when_mapped(Surface s) {
+#ifdef MOVING
+    // Elsewhere, its own spacecraft would stand before it or behind it on the maps.
+    mat3 to_middle = mat3(camera_from_body) * transpose(mat3(pose_at(s.time)));
+    s.place = (camera_from_body * vec4(s.body, 1.0)).xyz;
+    s.facet = normalize(to_middle * s.facet);
+    s.plain_n = normalize(to_middle * s.plain_n);
+    s.wo = normalize(to_middle * s.wo);
+#endif
+    return s;
 }
 
 // Intensity at an angle [rad] from the beam's axis over that within the cone.
@@ -410,11 +436,12 @@ LampLight light_of(Surface s, Lamp lamp) {
 // Share of each lamp's light that reaches a surface past all casters.
 vec4 lamps_lit(Surface s) {
     vec4 lit = vec4(1.0);
+    Surface mapped = when_mapped(s);
     int i = 0;
     do {
         Lamp lamp = lamp_at(i);
-        LampLight light = light_of(s, lamp);
-        if (light.beam > 0.0) lit[i] = lamp_lit(s, lamp, s.place - lamp.place);
+        LampLight light = light_of(s, lamp_then(lamp, i, s.time));
+        if (light.beam > 0.0) lit[i] = lamp_lit(mapped, lamp, mapped.place - lamp.place);
     } while (++i < lamp_count);
     return lit;
 }
@@ -439,7 +466,7 @@ vec4 lamp_light(Surface s, vec4 lit) {
     vec4 radiance = vec4(0.0);
     int i = 0;
     do {
-        Lamp lamp = lamp_at(i);
+        Lamp lamp = lamp_then(lamp_at(i), i, s.time);
         LampLight light = light_of(s, lamp);
 #ifdef SPREAD_LIGHT
         // By a lamp that goes along with the camera.

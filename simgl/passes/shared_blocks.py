@@ -147,16 +147,20 @@ JOINT_RATES = Block(
     np.dtype([("joint_rate_rows", "f4", (3 * (1 + MAX_JOINTS), 4))]),
 )
 
+# Of a lamp, as in shaders/surface/lamp.glsl.
+_LAMP_ROWS = 10
+
 LAMPS = Block(
     "Lamps",
     12,
     np.dtype(
         [
-            # Six rows a lamp: place and radius of the aperture [m]; axis and half angle of the cone
+            # Ten rows a lamp: place and radius of the aperture [m]; axis and half angle of the cone
             # [rad]; intensity [W sr-1]; column and row of its map (simgl.view.lamp_views); edge,
             # first columns of the map and of its bounds, hard_near, negative where all casters are
-            # closed.
-            ("lamp_rows", "f4", (6 * MAX_LAMPS, 4)),
+            # closed; what a time and its square (shaders/common/moving.glsl) add to the place [m],
+            # and to the axis.
+            ("lamp_rows", "f4", (_LAMP_ROWS * MAX_LAMPS, 4)),
             ("lamp_count", "i4"),
             ("lamp_map_size", "i4"),
             ("lamp_padding", "i4", 2),
@@ -322,10 +326,11 @@ def _image_code(layer: int | None, images: tuple[Image, ...]) -> float:
 
 def lamp_values(lamps: Sequence[LampView]) -> dict[str, Any]:
     """The Lamps block."""
-    rows = np.zeros((6 * MAX_LAMPS, 4), dtype=np.float32)
+    rows = np.zeros((_LAMP_ROWS * MAX_LAMPS, 4), dtype=np.float32)
     for index, view in enumerate(lamps):
         solid = not any(caster.both_sides for caster in view.casters)
-        rows[6 * index : 6 * index + 6] = (
+        first = _LAMP_ROWS * index
+        rows[first : first + 6] = (
             (*view.place, view.lamp.radius),
             (*view.axis, view.lamp.half_angle),
             view.intensity,
@@ -338,6 +343,8 @@ def lamp_values(lamps: Sequence[LampView]) -> dict[str, Any]:
                 -view.hard_near if solid else view.hard_near,
             ),
         )
+        if view.motion is not None:
+            rows[first + 6 : first + _LAMP_ROWS, :3] = (*view.motion.place, *view.motion.axis)
     return {"lamp_rows": rows, "lamp_count": len(lamps), "lamp_map_size": MAP_SIZE}
 
 

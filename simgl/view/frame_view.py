@@ -170,11 +170,14 @@ def frame_view(
             samples_per_pixel=samples_per_pixel,
             shown=None if part is None else part.names,
         )
+        ends = _ends_of_rows(part, real, seen)
+        lamps = lamp_views(state, camera, ends)
         if part is not None and rows is not None:
-            views = [_moving(view, part, rows, real, seen) for view in views]
+            # Where a lamp moves, what stands still before the camera has other light in each row.
+            lamps_move = any(lamp.motion is not None for lamp in lamps)
+            views = [_moving(view, part, rows, real, seen, lamps_move) for view in views]
         if part is not None and part.blurs:
             views = [_lit_by_time(view, part, real, seen) for view in views]
-        lamps = lamp_views(state, camera)
         return FrameView(
             camera=real,
             field=seen,
@@ -213,6 +216,7 @@ def _moving(
     rows: RowClock,
     camera: Camera,
     field: PinholeField | None,
+    lamps_move: bool,
 ) -> SpacecraftView:
     """A spacecraft as the rows of a part of an exposure see it one after the other."""
     states = (part.before, part.state, part.after)
@@ -222,7 +226,17 @@ def _moving(
         if state is not None
     ]
     motion = pose_motion(rows, camera, field, seen)
-    return replace(view, motion=motion) if motion.moves else view
+    return replace(view, motion=motion) if motion.moves or lamps_move else view
+
+
+def _ends_of_rows(
+    part: ExposurePart | None, camera: Camera, field: PinholeField | None
+) -> list[tuple[SceneState, CameraState]]:
+    """The scene and the camera at the first and the last row's time; none where there are none."""
+    ends = () if part is None else (part.before, part.after)
+    return [
+        (end, _through(end.cameras[camera.name], field)) for end in ends if end is not None
+    ]
 
 
 def _lit_by_time(

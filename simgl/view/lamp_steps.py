@@ -37,7 +37,7 @@ def steps_of_lamps(states: Sequence[SceneState], names: Iterable[str]) -> float:
 
 
 def _steps_of(lamps: Sequence[LampState], bodies: Sequence[BodyState]) -> float:
-    seen = [_from_lamp(lamp, body) for lamp, body in zip(lamps, bodies, strict=True)]
+    seen = [from_lamp(lamp, body) for lamp, body in zip(lamps, bodies, strict=True)]
     angles, distances = (np.array(values) for values in zip(*seen, strict=True))
     inner = lamps[0].lamp.half_angle
     outer = inner + lamps[0].lamp.edge
@@ -56,7 +56,7 @@ def _steps_of(lamps: Sequence[LampState], bodies: Sequence[BodyState]) -> float:
     return steps
 
 
-def _from_lamp(lamp: LampState, body: BodyState) -> tuple[Array, Array]:
+def from_lamp(lamp: LampState, body: BodyState) -> tuple[Array, Array]:
     """(n,) angles of points of a body from the axis of a beam [rad], and their distances [m]."""
     mesh, pose = body.model.posed_mesh, body.pose
     hull = mesh.hull[:: int(np.ceil(len(mesh.hull) / _CORNERS))]

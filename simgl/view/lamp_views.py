@@ -7,7 +7,8 @@ for every plane and keeps its digits at any distance.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from simgl.arrays import Array, Array32
 from simgl.physics.frames import camera_from_directions, moved
 from simgl.scene.lamps import Lamp, LampState
 from simgl.scene.state import BodyState, CameraState, SceneState
+from simgl.view.lamp_steps import from_lamp
 from simgl.view.shadow_views import Caster, steady_pose
 
 # Texels along a map's edge: 5 mm on a spacecraft of 5 m.
@@ -25,6 +27,22 @@ _NEAREST = 0.01
 _HARD_RADII = 12.5
 # The filter looks two texels beyond a receiver.
 _MARGIN = 1.0 + 8.0 / MAP_SIZE
+# Maps are no wider to either side [rad].
+_WIDEST = 1.5
+# Motion below which a lamp stands still before the camera [m and rad].
+_STILL = 1e-7
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LampMotion:
+    """How a lamp moves before the camera while the rows of a part of an image are exposed.
+
+    place : (2, 3) float32, a time and its square (``row_clock``) add so much to its place [m]
+    axis : (2, 3) float32, and to the axis of its beam, before that is made unit again
+    """
+
+    place: Array32
+    axis: Array32
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -39,6 +57,7 @@ class LampView:
     intensity : (4,) float32 [W sr-1]
     hard_near : casters of a larger 1 / z cast hard shadows [m-1]; 0 where all do, for the aperture
         blurs none by a texel; no larger than the nearest caster needs
+    motion : None where it stands still for all rows
     """
 
     lamp: Lamp
@@ -50,6 +69,7 @@ class LampView:
     row: Array32
     intensity: Array32
     hard_near: float
+    motion: LampMotion | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,20 +89,72 @@ class _Seen:
     cut: bool
 
 
-def lamp_views(state: SceneState, camera: CameraState) -> tuple[LampView, ...]:
-    """The lamps that light some spacecraft of the scene."""
-    lit = (lamp for lamp in state.lamps if lamp.lamp.power.any())
-    carriers = ((lamp, state.bodies[lamp.lamp.spacecraft].pose.R_icrf_from_body) for lamp in lit)
-    views = (lamp_view(lamp, R, state, camera) for lamp, R in carriers)
-    return tuple(view for view in views if view is not None)
+def lamp_views(
+    state: SceneState,
+    camera: CameraState,
+    ends: Sequence[tuple[SceneState, CameraState]] = (),
+) -> tuple[LampView, ...]:
+    """The lamps that light some spacecraft of the scene.
+
+    ends : the same at the times -1 and 1 of the rows that are exposed; none where all see the state
+    """
+    views = []
+    for index, lamp in enumerate(state.lamps):
+        if not lamp.lamp.power.any():
+            continue
+        carrier = state.bodies[lamp.lamp.spacecraft].pose.R_icrf_from_body
+        others = [one.lamps[index] for one, _ in ends]
+        drift = 0.0
+        for other, (end, _) in zip(others, ends, strict=True):
+            drift = max(drift, _drift(lamp, state, other, end))
+        view = lamp_view(lamp, carrier, state, camera, drift)
+        if view is not None:
+            cameras = [one for _, one in ends]
+            views.append(replace(view, motion=_motion(lamp, camera, others, cameras)))
+    return tuple(views)
+
+
+def _drift(lamp: LampState, state: SceneState, other: LampState, end: SceneState) -> float:
+    """How far spacecraft come towards the axis of a beam between two states, or leave it [rad]."""
+    ways = [0.0]
+    for name, body in state.bodies.items():
+        before, after = from_lamp(lamp, body)[0], from_lamp(other, end.bodies[name])[0]
+        ways.append(float(np.abs(after - before).max()))
+    return max(ways)
+
+
+def _motion(
+    lamp: LampState,
+    camera: CameraState,
+    others: Sequence[LampState],
+    cameras: Sequence[CameraState],
+) -> LampMotion | None:
+    """Through three places and directions; none where there are no others, or it stands still.
+
+    others, cameras : at the times -1 and 1
+    """
+    if not others:
+        return None
+    (before, after), (camera_before, camera_after) = others, cameras
+    seen = (camera_before, before), (camera, lamp), (camera_after, after)
+    places = [c.R_camera_from_icrf @ (one.position - c.position) for c, one in seen]
+    axes = [c.R_camera_from_icrf @ one.direction for c, one in seen]
+    place, axis = (
+        np.array([0.5 * (last - first), 0.5 * (last + first) - middle])
+        for first, middle, last in (places, axes)
+    )
+    if max(np.abs(place).max(), np.abs(axis).max()) < _STILL:
+        return None
+    return LampMotion(place=_float32(place), axis=_float32(axis))
 
 
 def lamp_view(
-    lamp: LampState, carrier: Array, state: SceneState, camera: CameraState
+    lamp: LampState, carrier: Array, state: SceneState, camera: CameraState, drift: float = 0.0
 ) -> LampView | None:
     """A lamp before a camera; None where it lights no spacecraft of the scene.
 
     carrier : (3, 3) R_icrf_from_body of what carries it
+    drift : so far from the beam spacecraft may come into it meanwhile [rad]
     """
     # Any turn about the axis serves; one tied to the carrier keeps the map while both stand still.
     # Rounded, for of two axes that are both across the beam the first serves.
@@ -94,7 +166,7 @@ def lamp_view(
     for body in state.bodies.values():
         # The aperture of a lamp that looks along its carrier would lie half within it.
         soft_from = _HARD_RADII * lamp.lamp.radius if body is carrying else near
-        in_beam = _in_beam(body, lamp, R_lamp_from_icrf, near, soft_from)
+        in_beam = _in_beam(body, lamp, R_lamp_from_icrf, near, soft_from, drift)
         if in_beam is not None:
             seen.append(in_beam)
     if not seen:
@@ -144,10 +216,12 @@ def _in_beam(
     R_lamp_from_icrf: Array,
     near: float,
     soft_from: float,
+    drift: float,
 ) -> _Seen | None:
     """A body that the lamp lights, or that shades some of the aperture for what it lights.
 
     soft_from : what is nearer than this casts hard shadows [m]
+    drift : what is so far from the beam counts as within it [rad]
     """
     R, offset = steady_pose(body.pose, R_lamp_from_icrf, lamp.position)
     mesh = body.model.posed_mesh
@@ -164,7 +238,8 @@ def _in_beam(
         points = np.concatenate([hull[front], start + share * (end - start)])
     tangents = points[:, :2] / points[:, 2:]
     nearest, far = float(points[:, 2].min()), float(max(points[:, 2].max(), 2.0 * near))
-    widest = float(np.tan(lamp.lamp.half_angle + lamp.lamp.edge))
+    outer = lamp.lamp.half_angle + lamp.lamp.edge
+    widest = float(np.tan(max(outer, min(outer + drift, _WIDEST))))
     if far > soft_from:
         # Lines from what is lit to the aperture leave the beam by so much.
         widest += lamp.lamp.radius / max(nearest, soft_from)
