@@ -234,9 +234,7 @@ def _ends_of_rows(
 ) -> list[tuple[SceneState, CameraState]]:
     """The scene and the camera at the first and the last row's time; none where there are none."""
     ends = () if part is None else (part.before, part.after)
-    return [
-        (end, _through(end.cameras[camera.name], field)) for end in ends if end is not None
-    ]
+    return [(end, _through(end.cameras[camera.name], field)) for end in ends if end is not None]
 
 
 def _lit_by_time(
