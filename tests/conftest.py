@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
 import shutil
 import signal
 import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -79,6 +81,15 @@ def pytest_unconfigure(config: pytest.Config) -> None:
 def _signals_of_pytest(monkeypatch: pytest.MonkeyPatch) -> None:
     """A command that runs in this process leaves the handling of signals and faults to pytest."""
     monkeypatch.setattr("simgl.interruption.end_by_signals", lambda: None)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _free_memory_goes_back() -> Iterator[None]:
+    """Of all that a module freed, the C library holds up to 2 GB back: too much for each of several
+    processes."""
+    yield
+    if sys.platform == "linux" and (trim := getattr(ctypes.CDLL(None), "malloc_trim", None)):
+        trim(0)
 
 
 @pytest.fixture(scope="session", autouse=True)

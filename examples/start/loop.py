@@ -28,10 +28,11 @@ with launched_server(PATH) as (_, address), Client(address, timeout_s=60.0) as c
         )
         # The sensor: exactly this state is rendered, and the loop waits for it.
         dn = client.render(tai_ns, "navcam", {"chaser": chaser}).dn
-        # Navigation: the centre of what is brighter than noise, as angles to the right and down.
-        rows, columns = np.nonzero(dn > camera.pedestal_dn + 100)
-        right = (columns.mean() + 0.5 - camera.cx) / camera.focal_length_px
-        down = (rows.mean() + 0.5 - camera.cy) / camera.focal_length_px
+        # Navigation: the centre of the light above the noise, as angles to the right and down.
+        light = np.maximum(dn - (camera.pedestal_dn + 100.0), 0.0)
+        rows, columns = np.indices(dn.shape) + 0.5
+        right = (np.average(columns, weights=light) - camera.cx) / camera.focal_length_px
+        down = (np.average(rows, weights=light) - camera.cy) / camera.focal_length_px
         # Control: half of the error in each step; image right and down are LVLH y and z.
         velocity = np.array([SPEED_M_S, 0.25 * range_m * right, 0.25 * range_m * down])
         position_lvlh = position_lvlh + velocity * STEP_S
